@@ -1,0 +1,54 @@
+"""Find what is declared: walk the families' modules for `ALGORITHM` and `SCENARIOS`.
+
+Third parties add algorithms through the entry-point group `filterroom.algorithms` (each entry point is a module
+with a constant `ALGORITHM`). A duplicate name is an error at start, not a surprise later.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from functools import cache
+from importlib.metadata import entry_points
+from types import ModuleType
+
+import algorithms
+from algorithms.spec import Algorithm, Scenario
+
+# Not families: the shared toolbox has no declarations, and importing all of it would only cost time.
+_SKIPPED = ("algorithms.toolbox",)
+
+
+def _modules() -> list[ModuleType]:
+    found = [
+        importlib.import_module(m.name)
+        for m in pkgutil.walk_packages(algorithms.__path__, "algorithms.")
+        if not m.name.startswith(_SKIPPED)
+    ]
+    found += [point.load() for point in entry_points(group="filterroom.algorithms")]
+    return found
+
+
+@cache
+def algorithms_by_name() -> dict[str, Algorithm]:
+    """All algorithms, in the order in which families and files are found."""
+    out: dict[str, Algorithm] = {}
+    for module in _modules():
+        declared = getattr(module, "ALGORITHM", None)
+        if isinstance(declared, Algorithm):
+            if declared.name in out:
+                raise RuntimeError(f"two algorithms are called {declared.name!r}; the second is in {module.__name__}")
+            out[declared.name] = declared
+    return out
+
+
+@cache
+def scenarios_by_name() -> dict[str, Scenario]:
+    """All scenario presets."""
+    out: dict[str, Scenario] = {}
+    for module in _modules():
+        for declared in getattr(module, "SCENARIOS", ()):
+            if declared.name in out:
+                raise RuntimeError(f"two scenarios are called {declared.name!r}; the second is in {module.__name__}")
+            out[declared.name] = declared
+    return out

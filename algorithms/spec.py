@@ -1,0 +1,134 @@
+"""What an algorithm and a scenario declare about themselves; found by `algorithms.registry`.
+
+To add an algorithm, write one module in a family's folder with a constant `ALGORITHM`:
+
+1. `Parameters` is a subclass of `algorithms.spec.Parameters` (frozen, no unknown fields, no NaN). Every field has a
+   default, bounds, and a docstring under it; `parameter(...)` adds unit, symbol and group. This one declaration is
+   the validation, the OpenAPI, the browser's form and the documentation.
+2. `run(recording, parameters, context) -> Result` works on a block of trials, gives exactly the declared outputs,
+   and never reads a file, a clock or a global.
+3. It calls `context.progress` and, at least every 0.3 s, `context.check_cancelled`.
+4. `tabulate` and `measure` turn the result of one recording into long tables and metrics.
+5. `references` name keys of `algorithms.references`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from algorithms.recording import Kind, Recording
+from algorithms.result import Metric, Output, Result, Table
+
+
+class Parameters(BaseModel):
+    """Base of every algorithm's and scenario's parameters."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
+
+
+def parameter(
+    default: Any = ...,
+    *,
+    title: str,
+    unit: str = "",
+    symbol: str = "",
+    group: str = "measurement",
+    advanced: bool = False,
+    from_site: str = "",
+    fallback: Any = None,
+    choices: Mapping[str, str] | None = None,
+    **bounds: Any,
+) -> Any:
+    """Declare one parameter: a pydantic field whose JSON schema carries what a form needs.
+
+    `group` is one of measurement, motion, association, start, output. `from_site` names the site's field that is
+    the default where the run gives None; `fallback` is used (and shown as placeholder) where the site has none.
+    `choices` maps each allowed word to its meaning.
+    """
+    extra: dict[str, Any] = {"unit": unit, "symbol": symbol, "group": group, "advanced": advanced}
+    if from_site:
+        extra["from_site"] = from_site
+    if fallback is not None:
+        extra["fallback"] = fallback
+    if choices is not None:
+        extra["choices"] = dict(choices)
+    return Field(default, title=title, json_schema_extra=extra, **bounds)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Where a method comes from: a key of `algorithms.references` and the place in it."""
+
+    key: str
+    place: str = ""
+
+
+class RunContext(Protocol):
+    """What a run may ask of its surroundings."""
+
+    def random(self, trial: int) -> np.random.Generator:
+        """Random stream of one trial; the same for any block, worker or machine."""
+
+    def progress(self, share: float) -> None:
+        """Report the finished share (0 to 1) of this call."""
+
+    def check_cancelled(self) -> None:
+        """Raise RunCancelled where the user has cancelled."""
+
+
+@dataclass(frozen=True)
+class LocalContext:
+    """A context without a server: streams from `seed`, no progress, never cancelled."""
+
+    seed: int = 0
+
+    def random(self, trial: int) -> np.random.Generator:
+        """Random stream of one trial."""
+        return np.random.default_rng(np.random.SeedSequence(entropy=self.seed, spawn_key=(trial,)))
+
+    def progress(self, share: float) -> None:
+        """Do nothing."""
+
+    def check_cancelled(self) -> None:
+        """Do nothing."""
+
+
+Run = Callable[[Any, Any, RunContext], Result]
+
+
+@dataclass(frozen=True)
+class Algorithm:
+    """A named method: what it takes, its parameters, what it gives, and how it is run."""
+
+    name: str
+    title: str
+    summary: str
+    family: str
+    takes: tuple[Kind, ...]
+    parameters: type[Parameters]
+    outputs: tuple[Output, ...]
+    charts: tuple[str, ...]
+    references: tuple[Reference, ...]
+    run: Run
+    tabulate: Callable[[Any, Result], dict[str, Table]]
+    measure: Callable[[Any, Result], list[Metric]]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A preset from which recordings are simulated: trials side by side, or one."""
+
+    name: str
+    title: str
+    summary: str
+    family: str
+    kind: Kind
+    parameters: type[Parameters]
+    simulate: Callable[[Any, tuple[int, ...], int], Recording]
+    """(parameters, trials, seed) -> Recording whose trial axis is as long as `trials`."""
+    references: tuple[Reference, ...] = ()
