@@ -31,8 +31,7 @@ def store_block(connection: Connection, run_id: str, position: int, sha256: str)
 def finished_blocks(connection: Connection, run_id: str) -> dict[int, str]:
     """Return the finished blocks of a run: {position: sha256 of the outcome}."""
     query = select(run_blocks.c.position, run_blocks.c.sha256).where(run_blocks.c.run_id == run_id)
-    return {position: sha256 for position, sha256 in connection.execute(query)}  # noqa: C416 - rows are
-    not pairs
+    return {row.position: row.sha256 for row in connection.execute(query)}
 
 
 def forget_blocks(connection: Connection, run_id: str) -> None:

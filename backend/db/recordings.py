@@ -193,7 +193,7 @@ def set_parsed(connection: Connection, recording_id: str, parsed: Parsed) -> boo
 def set_failed(
     connection: Connection, recording_id: str, error: Mapping[str, Any], rejected: Sequence[Rejection] = ()
 ) -> bool:
-    """Make the recording `failed`, error = {code, detail, remedy, pointer}; False where it is not `parsing`."""
+    """Make the recording `failed` with {code, detail, remedy, pointer}; False where it is not `parsing`."""
     if not _leave_parsing(
         connection, recording_id, state="failed", error=dict(error), rows_rejected=len(rejected)
     ):

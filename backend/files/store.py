@@ -1,0 +1,178 @@
+"""Content-addressed store: files named by the SHA-256 of their bytes, in `<root>/<first two digits>/<rest>`.
+
+A blob is written under a temporary name, fsynced and renamed, so it is there whole or not at all; it never
+changes. The database refers to blobs. To keep a collection from taking a blob between `put` and the commit
+of its first reference, both sides work under `guard()`:
+
+    with store.guard():
+        sha256 = store.put_file(path)
+        with database.write() as connection:
+            ...  # refer to sha256
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import json
+import os
+import secrets
+import shutil
+import threading
+import zipfile
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from backend.errors import NotFoundError, StorageError
+
+# Bytes per read while hashing and copying.
+_CHUNK = 1 << 20
+# The earliest date that a zip file can carry: equal arrays give equal bytes at any time of day.
+_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
+
+
+class Store:
+    """Blobs under `root`; one server process at a time (see `backend.files.lock`)."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._temporary = root / "tmp"
+        self._guard = threading.RLock()
+        with _storage_errors():
+            self._temporary.mkdir(parents=True, exist_ok=True)
+
+    def guard(self) -> AbstractContextManager[Any]:
+        """Hold off deletions from `put` until the blob is referred to; take it before a write transaction."""
+        return self._guard
+
+    def temporary(self) -> Path:
+        """Return a new path on the same disk; `put_file` moves it into the store."""
+        return self._temporary / secrets.token_hex(16)
+
+    def path(self, sha256: str) -> Path:
+        """Return where a blob lies, or would lie."""
+        if len(sha256) != 64 or not set(sha256) <= set("0123456789abcdef"):
+            raise ValueError(f"{sha256!r} is not a SHA-256 in lower-case hexadecimal digits")
+        return self._root / sha256[:2] / sha256[2:]
+
+    def put_file(self, temporary: Path) -> str:
+        """Move a finished file into the store and return its hash."""
+        with _storage_errors():
+            digest = hashlib.sha256()
+            with temporary.open("rb") as source:
+                while chunk := source.read(_CHUNK):
+                    digest.update(chunk)
+                os.fsync(source.fileno())
+            target = self.path(digest.hexdigest())
+            if target.exists():
+                temporary.unlink()
+            else:
+                target.parent.mkdir(exist_ok=True)
+                temporary.chmod(0o600)
+                os.replace(temporary, target)
+                _sync_folder(target.parent)
+        return digest.hexdigest()
+
+    def put_bytes(self, data: bytes) -> str:
+        """Store bytes and return their hash."""
+        path = self.temporary()
+        with _storage_errors(path):
+            path.write_bytes(data)
+        return self.put_file(path)
+
+    def put_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> str:
+        """Store named arrays as one uncompressed .npz and return its hash."""
+        path = self.temporary()
+        with _storage_errors(path):
+            write_arrays(path, arrays)
+        return self.put_file(path)
+
+    def get_bytes(self, sha256: str) -> bytes:
+        """Return the bytes of a blob."""
+        return self._existing(sha256).read_bytes()
+
+    def get_arrays(self, sha256: str) -> Mapping[str, NDArray[Any]]:
+        """Return named arrays; each is read from the disk when it is asked for."""
+        arrays: Mapping[str, NDArray[Any]] = np.load(self._existing(sha256), allow_pickle=False)
+        return arrays
+
+    def delete(self, sha256: str) -> None:
+        """Delete a blob; one that is already gone is fine."""
+        self.path(sha256).unlink(missing_ok=True)
+
+    def hashes(self) -> Iterator[str]:
+        """Yield the hash of every blob."""
+        for folder in sorted(self._root.glob("[0-9a-f][0-9a-f]")):
+            yield from (folder.name + blob.name for blob in sorted(folder.iterdir()))
+
+    def clear_temporary(self) -> None:
+        """Delete what an earlier server left half-written; only while nothing is being uploaded."""
+        shutil.rmtree(self._temporary, ignore_errors=True)
+        self._temporary.mkdir(parents=True, exist_ok=True)
+
+    def free_bytes(self) -> int:
+        """Return the free space of the store's disk."""
+        return shutil.disk_usage(self._root).free
+
+    def _existing(self, sha256: str) -> Path:
+        path = self.path(sha256)
+        if not path.exists():
+            raise StorageError(
+                f"The stored file {sha256[:12]}... is missing from the data folder.",
+                remedy="Restore the data folder from a backup, or delete what refers to it and upload again.",
+                code="blob_missing",
+            )
+        return path
+
+
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write an uncompressed .npz: members in the order given, with a fixed date, never a pickle."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in arrays.items():
+            member = zipfile.ZipInfo(f"{name}.npy", date_time=_ZIP_DATE)
+            with archive.open(member, "w", force_zip64=True) as out:
+                np.lib.format.write_array(out, np.ascontiguousarray(array), allow_pickle=False)
+
+
+def json_array(value: Any) -> NDArray[np.uint8]:
+    """Return JSON as an array of bytes, to travel inside an .npz."""
+    return np.frombuffer(json.dumps(value, ensure_ascii=False, sort_keys=True).encode(), np.uint8)
+
+
+def json_of(array: NDArray[np.uint8]) -> Any:
+    """Return what `json_array` made an array of."""
+    return json.loads(array.tobytes())
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make a rename durable."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def _storage_errors(partial: Path | None = None) -> Iterator[None]:
+    """Turn an error of the disk into a StorageError and leave nothing half-written."""
+    try:
+        yield
+    except OSError as error:
+        if partial is not None:
+            partial.unlink(missing_ok=True)
+        if isinstance(error, FileNotFoundError):
+            raise NotFoundError(f"{error.filename} does not exist.", code="file_not_found") from error
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        raise StorageError(
+            "The disk of the data folder is full." if full else f"The data folder cannot be written:
+            {error}.", remedy="Free space, or delete runs and recordings; nothing that was stored is lost."
+            if full
+            else "Check the folder's owner, permissions and disk.",
+            code="disk_full" if full else "storage",
+        ) from error
