@@ -34,10 +34,11 @@ class DataFolderLock:
         except BlockingIOError:
             holder = os.read(descriptor, 20).decode(errors="replace").strip()
             os.close(descriptor)
+            by = f" (process {holder})" if holder else ""
             raise StateError(
-                f"Another server{f' (process {holder})' if holder else ''} uses the data folder
-                {self._folder}.", remedy="Stop it, or give this one another folder with --data or
-                FILTERROOM_DATA_DIR.", code="data_folder_in_use",
+                f"Another server{by} uses the data folder {self._folder}.",
+                remedy="Stop it, or give this one another folder with --data or FILTERROOM_DATA_DIR.",
+                code="data_folder_in_use",
             ) from None
         os.truncate(descriptor, 0)
         os.write(descriptor, f"{os.getpid()}\n".encode())

@@ -168,11 +168,13 @@ def _storage_errors(partial: Path | None = None) -> Iterator[None]:
             partial.unlink(missing_ok=True)
         if isinstance(error, FileNotFoundError):
             raise NotFoundError(f"{error.filename} does not exist.", code="file_not_found") from error
-        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            raise StorageError(
+                "The disk of the data folder is full.",
+                remedy="Free space, or delete runs and recordings; nothing that was stored is lost.",
+                code="disk_full",
+            ) from error
         raise StorageError(
-            "The disk of the data folder is full." if full else f"The data folder cannot be written:
-            {error}.", remedy="Free space, or delete runs and recordings; nothing that was stored is lost."
-            if full
-            else "Check the folder's owner, permissions and disk.",
-            code="disk_full" if full else "storage",
+            f"The data folder cannot be written: {error}.",
+            remedy="Check the folder's owner, permissions and disk.",
         ) from error
