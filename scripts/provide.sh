@@ -15,9 +15,12 @@ export PATH
 export UV_COMPILE_BYTECODE=1
 # uv would otherwise install another Python where the machine's own is wanted.
 export UV_PYTHON_DOWNLOADS=never
-# The machine's own certificates hold for uv too, as they do for pip and npm behind a company's proxy.
-if [ -z "${SSL_CERT_FILE:-}" ] && [ -f /etc/ssl/certs/ca-certificates.crt ]; then
-    export SSL_CERT_FILE=/etc/ssl/certs/ca-certificates.crt
+# The machine's own certificates hold for every client, as behind a company's proxy they must.
+certificates=/etc/ssl/certs/ca-certificates.crt
+if [ -f "$certificates" ]; then
+    export SSL_CERT_FILE="${SSL_CERT_FILE:-$certificates}" # uv
+    export PIP_CERT="${PIP_CERT:-$certificates}"
+    export NODE_EXTRA_CA_CERTS="${NODE_EXTRA_CA_CERTS:-$certificates}" # npm
 fi
 
 say() { printf '== %s\n' "$*" >&2; }
@@ -137,9 +140,9 @@ unpack_chromium() {
     rm -rf "$tools/chromium"
     mkdir -p "$tools/chromium/files" "$tools/bin"
     npm install --prefix "$tools/chromium" --no-save --no-package-lock --no-audit --no-fund --loglevel error \
-        "$chromium_package" >&2
+        "$chromium_package" >&2 || return 1
     (
-        cd "$tools/chromium"
+        cd "$tools/chromium" || exit 1
         TMPDIR=$tools/chromium/files node --input-type=module --eval '
             import { inflate } from "@sparticuz/chromium";
             const packed = "node_modules/@sparticuz/chromium/bin/";
