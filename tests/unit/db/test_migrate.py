@@ -1,0 +1,58 @@
+"""The tables that migrations make are the tables that the program declares."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.runtime.migration import MigrationContext
+
+from backend.db import migrate, recordings
+from backend.db.engine import Database
+from backend.db.tables import metadata
+from backend.errors import StateError
+
+
+def differences(database: Database) -> list[object]:
+    with database.read() as connection:
+        context = MigrationContext.configure(connection, opts={"compare_type": True})
+        return list(compare_metadata(context, metadata))
+
+
+def test_upgrade_from_empty_leaves_nothing_to_migrate(database: Database) -> None:
+    assert differences(database) == []
+
+
+def test_down_and_up_again(database: Database) -> None:
+    migrate.downgrade(database)
+    with database.read() as connection:
+        tables = connection.exec_driver_sql("SELECT name FROM sqlite_master WHERE type = 'table'").scalars()
+        assert set(tables) <= {"alembic_version", "sqlite_sequence"}
+    migrate.upgrade(database)
+    assert differences(database) == []
+
+
+def test_upgrading_twice_keeps_the_rows(database: Database, recording: recordings.Recording) -> None:
+    migrate.upgrade(database)
+    with database.read() as connection:
+        assert recordings.get_recording(connection, recording.id) == recording
+
+
+def test_a_newer_database_is_refused_with_a_remedy(database: Database) -> None:
+    with database.write() as connection:
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
+    with pytest.raises(StateError, match="install that one") as caught:
+        migrate.upgrade(database)
+    assert caught.value.code == "database_newer"
+
+
+def test_a_failing_migration_changes_nothing(database: Database, tmp_path: Path) -> None:
+    def fail() -> None:
+        with database.migration() as connection:
+            connection.exec_driver_sql("DROP TABLE run_tags")
+            raise RuntimeError("power cut")
+
+    with pytest.raises(RuntimeError, match="power cut"):
+        fail()
+    assert differences(database) == []
