@@ -74,9 +74,7 @@ class MarkFormatError(InputError):
 
     code = "mark_format"
 
-    def __init__(
-        self, message: str, *, line: int, column: str = "", remedy: str = "", code: str | None = None
-    ) -> None:
+    def __init__(self, message: str, *, line: int, column: str = "", remedy: str = "", code: str | None = None) -> None:
         super().__init__(message, pointer=f"/line/{line}" + (f"/{column}" if column else ""), remedy=remedy, code=code)
         self.line = line
         self.column = column
@@ -125,5 +123,5 @@ class NotPositiveDefiniteError(AlgorithmError):
     code = "not_positive_definite"
 
 
-class RunCancelled(BaseException):  # noqa: N818 - control flow, not an error
+class RunCancelled(BaseException):
     """The user cancelled the run; raised between slices of work, caught by the worker's entry point."""

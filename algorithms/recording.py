@@ -80,9 +80,7 @@ class Recording:
         """Plain arrays for an .npz file; the rest travels as JSON in the member `meta`."""
         arrays = {f.name: getattr(self, f.name) for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray)}
         meta: dict[str, Any] = {
-            f.name: getattr(self, f.name)
-            for f in fields(self)
-            if f.name not in arrays and f.name != "site"
+            f.name: getattr(self, f.name) for f in fields(self) if f.name not in arrays and f.name != "site"
         }
         meta["kind"] = self.kind
         meta["site"] = self.site.to_json() if self.site is not None else None

@@ -135,7 +135,10 @@ class Site(_Model):
         return self
 
     def frame_origin(self) -> Origin | None:
-        """Origin of the local frame: the given one, else the centre of WGS-84 positions at height 0, else None."""
+        """Origin of the local frame: the given one, else the median of the WGS-84 positions at height 0, else None.
+
+        The median, because one receiver entered a thousand kilometres away must not tilt everybody's frame.
+        """
         if self.origin is not None:
             return self.origin
         places = [p for p in (*self.stations, *self.radars, *self.transmitters, *self.receivers) if p.is_geodetic]
@@ -143,12 +146,15 @@ class Site(_Model):
             return None
         lat = np.array([p.latitude_deg for p in places], float)
         lon = np.array([p.longitude_deg for p in places], float)
-        # The mean of unit vectors has no seam at the date line.
-        x, y, z = (np.mean(v) for v in (
-            np.cos(np.radians(lat)) * np.cos(np.radians(lon)),
-            np.cos(np.radians(lat)) * np.sin(np.radians(lon)),
-            np.sin(np.radians(lat)),
-        ))
+        # Unit vectors have no seam at the date line.
+        x, y, z = (
+            np.median(v)
+            for v in (
+                np.cos(np.radians(lat)) * np.cos(np.radians(lon)),
+                np.cos(np.radians(lat)) * np.sin(np.radians(lon)),
+                np.sin(np.radians(lat)),
+            )
+        )
         return Origin(
             latitude_deg=round(float(np.degrees(np.arctan2(z, np.hypot(x, y)))), 6),
             longitude_deg=round(float(np.degrees(np.arctan2(y, x))), 6),
@@ -161,8 +167,12 @@ class Site(_Model):
             if p.is_geodetic:
                 assert origin is not None
                 out[i] = pymap3d.geodetic2enu(
-                    p.latitude_deg, p.longitude_deg, p.height_m or 0.0,
-                    origin.latitude_deg, origin.longitude_deg, origin.height_m,
+                    p.latitude_deg,
+                    p.longitude_deg,
+                    p.height_m or 0.0,
+                    origin.latitude_deg,
+                    origin.longitude_deg,
+                    origin.height_m,
                 )
             else:
                 out[i] = (p.east_m, p.north_m, p.up_m or 0.0)
@@ -175,6 +185,10 @@ class Site(_Model):
     def radar_positions(self) -> NDArray[np.float64]:
         """(radar, 3) float, m: radars in the local ENU frame."""
         return self._positions(self.radars)
+
+    def terminal_positions(self) -> NDArray[np.float64]:
+        """(terminal, 3) float, m: transmitters, then receivers, in the local ENU frame."""
+        return self._positions((*self.transmitters, *self.receivers))
 
     def to_json(self) -> dict[str, Any]:
         """As JSON, without what was not given."""

@@ -1,0 +1,1 @@
+"""Passive time-difference tracking with altitude as an observation (paper 1)."""

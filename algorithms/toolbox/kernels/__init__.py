@@ -1,0 +1,24 @@
+"""Compiled small-matrix arithmetic over many trials side by side.
+
+A filter works on a *block* of `LANES` trials: states have the shape `(n, LANES)`, covariances are packed lower
+triangles `(n (n + 1) / 2, LANES)`, the trial index innermost and contiguous, so that the compiler turns each
+arithmetic line into vector instructions. A short block is padded with idle lanes; one uploaded recording is a block
+with one busy lane. One compiled length means that results do not depend on how trials are cut into blocks.
+"""
+
+from __future__ import annotations
+
+from algorithms.toolbox.kernels.cache import use_kernel_cache
+
+use_kernel_cache()
+
+import numba  # noqa: E402 - the cache folder must be known before
+
+LANES = 16
+"""Trials side by side: 16 keep a nine-state filter inside the first-level cache."""
+
+# `contract` alone (fused multiply-add): the other fast-math flags change results with the surroundings.
+kernel = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+inlined = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", inline="always")
+
+__all__ = ["LANES", "inlined", "kernel"]

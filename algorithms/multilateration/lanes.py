@@ -1,0 +1,178 @@
+"""What the range-difference filter reads, remembers and reports, lane by lane.
+
+Everything that a lane remembers between marks is in `Track`, so a recording can be cut into slices anywhere.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.toolbox.kernels import LANES
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+STATUS = (
+    "updated",
+    "initialised",
+    "reinitialised",
+    "downweighted",
+    "altitude_only",
+    "ambiguous",
+    "coast",
+    "not_initialised",
+    "rejected_time",
+    "impossible_toa",
+    "residual_gate",
+    "singular",
+)
+(UPDATED, INITIALISED, REINITIALISED, DOWNWEIGHTED, ALTITUDE_ONLY, AMBIGUOUS, COAST, NOT_INITIALISED) = range(8)
+(REJECTED_TIME, IMPOSSIBLE_TOA, RESIDUAL_GATE, SINGULAR) = range(8, 12)
+
+REASONS = (
+    "",
+    "fewer than two receptions and no altitude",
+    "a start needs four receptions, or three and an altitude",
+    "no position explains the times of arrival",
+    "the residual exceeds the gate",
+    "the claimed error exceeds 20 % of the range",
+    "no update for 60 s",
+    "innovations inconsistent over 20 marks",
+    "prediction and fix differ by more than 5 sigma",
+    "two positions explain the mark",
+    "times of arrival differ by more than the stations' distance allows",
+    "the mark is older than the one before it",
+    "the innovation covariance is singular",
+    "innovation beyond 3 sigma: its noise was scaled up",
+)
+(R_NONE, R_FEW, R_NO_START, R_NO_SOLUTION, R_RESIDUAL, R_CLAIM, R_GAP, R_INCONSISTENT, R_FIX) = range(9)
+(R_TWO, R_SPREAD, R_OLD, R_SINGULAR, R_SCALED) = range(9, 14)
+
+GAP_S = 60.0
+STALE_S = 20.0
+VELOCITY_UNKNOWN_MPS = 50.0
+RESTART_SIGMA = 5.0
+START_VELOCITY_SD_MPS = 300.0
+START_ACCELERATION_SD_MPS2 = 10.0
+SCALE_FROM_SIGMA = 3.0
+CLAIM_SHARE_OF_RANGE = 0.2
+WINDOW_MARKS = 20
+INCONSISTENT_RATIO = 10.0
+# One wild mark must not restart a track: its share in the average is limited (it takes eight of twenty).
+WINDOW_CAP = 25.0
+RIVAL_COST_GAP = 9.0
+RELINEARISATIONS = 3
+
+
+class Marks(NamedTuple):
+    """Measurements of a block of trials: time (M,) s, toa (M, S, L) s, altitude (M, L) m."""
+
+    time: Floats
+    toa: Floats
+    altitude: Floats
+
+
+class Setup(NamedTuple):
+    """What stays the same for all marks."""
+
+    stations: Floats
+    """(S, 3) m"""
+    variance: Floats
+    """(S,) m^2, of c TOA"""
+    spread_limit: Floats
+    """(S, S) m, largest possible |c (TOA_i - TOA_j)|"""
+    middle: Floats
+    """(3,) m, centre of the stations"""
+    radius_of_site: float
+    altitude_variance: float
+    earth: Floats
+    earth_centre: Floats
+    earth_radius: float
+    sigma_jerk: float
+    noise_form: int
+    use_altitude: bool
+    robust: bool
+    residual_gate_m: float
+    gate_centre_s: float
+    """Half the gate's length: where an emission is assumed before the first solution."""
+
+
+class Track(NamedTuple):
+    """What every lane remembers; index 0 = the track, 1 = its rival while two positions explain the marks."""
+
+    x: Floats
+    """(2, 9, LANES)"""
+    p: Floats
+    """(2, 45, LANES) packed"""
+    cost: Floats
+    """(2, LANES), minus twice the log-likelihood since the split"""
+    time: Floats
+    gate: Floats
+    last_update: Floats
+    live: Ints
+    rival: Ints
+    number: Ints
+    started: Ints
+    """How many tracks this lane has had."""
+    suspect: Ints
+    window: Floats
+    """(WINDOW_MARKS, LANES), NIS / dof"""
+    window_fill: Ints
+
+
+class Report(NamedTuple):
+    """What is kept of each mark; L lanes last."""
+
+    time: Floats
+    state: Floats
+    covariance: Floats
+    nis: Floats
+    dof: Ints
+    status: Ints
+    reason: Ints
+    track: Ints
+    used: NDArray[np.bool_]
+    altitude_used: NDArray[np.bool_]
+    residual: Floats
+
+
+def new_track() -> Track:
+    """Lanes without a track."""
+    p = np.zeros((2, 45, LANES))
+    for i in range(9):
+        p[:, i * (i + 1) // 2 + i] = 1.0  # idle lanes stay harmless
+    return Track(
+        x=np.zeros((2, 9, LANES)),
+        p=p,
+        cost=np.zeros((2, LANES)),
+        time=np.zeros(LANES),
+        gate=np.full(LANES, -np.inf),
+        last_update=np.zeros(LANES),
+        live=np.zeros(LANES, np.int64),
+        rival=np.zeros(LANES, np.int64),
+        number=np.zeros(LANES, np.int64),
+        started=np.zeros(LANES, np.int64),
+        suspect=np.zeros(LANES, np.int64),
+        window=np.zeros((WINDOW_MARKS, LANES)),
+        window_fill=np.zeros(LANES, np.int64),
+    )
+
+
+def new_report(marks: int, stations: int, lanes: int) -> Report:
+    """Room for the report of so many marks."""
+    return Report(
+        time=np.full((marks, lanes), np.nan),
+        state=np.full((marks, 9, lanes), np.nan),
+        covariance=np.full((marks, 45, lanes), np.nan),
+        nis=np.full((marks, lanes), np.nan),
+        dof=np.zeros((marks, lanes), np.int64),
+        status=np.full((marks, lanes), NOT_INITIALISED, np.int64),
+        reason=np.zeros((marks, lanes), np.int64),
+        track=np.zeros((marks, lanes), np.int64),
+        used=np.zeros((marks, stations, lanes), np.bool_),
+        altitude_used=np.zeros((marks, lanes), np.bool_),
+        residual=np.full((marks, stations, lanes), np.nan),
+    )

@@ -1,0 +1,144 @@
+"""Parameters that the multilateration algorithms share, each declared once."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from algorithms.spec import Parameters, parameter
+
+SIGMA_TOA_NS = 10.0
+SIGMA_ALTITUDE_M = 100.0
+
+# A fix whose range residuals (rms) exceed this many times c sigma_toa is taken for a wrong branch or a wrong
+# reception: 60 m at 90 ns, which keeps all but a few per thousand of real Mode S marks.
+RESIDUAL_GATE_IN_SIGMA = 2.25
+
+EARTHS = {
+    "sphere": "sphere; 6 371 km in the article's profile, else the origin's local radius",
+    "wgs84": "WGS-84 ellipsoid; needs the site's origin",
+}
+Bounded = Annotated[float, Field(ge=-1e9, le=1e9)]
+
+
+class Start(Parameters):
+    """Where a filter starts: from the data, from a given state, or around the truth of a scenario."""
+
+    mode: Literal["auto", "given", "truth"] = "auto"
+    """auto = a one-mark fix; given = `state` with `covariance` or `sd`; truth = drawn around the truth (scenarios)."""
+    state: tuple[Bounded, ...] | None = None
+    """Nine components in the order x vx ax y vy ay z vz az (m, m/s, m/s2)."""
+    covariance: tuple[tuple[Bounded, ...], ...] | None = None
+    """Nine by nine, symmetric positive definite."""
+    sd: tuple[Annotated[float, Field(gt=0, le=1e9)], ...] | None = None
+    """Standard deviations: nine, or three (position, velocity, acceleration) for all axes."""
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if self.mode == "given":
+            if self.state is None or len(self.state) != 9:
+                raise ValueError("mode 'given' needs `state` with nine components x vx ax y vy ay z vz az")
+            if (self.covariance is None) == (self.sd is None):
+                raise ValueError("mode 'given' needs either `covariance` (9 x 9) or `sd`, not both")
+        if self.mode == "truth" and self.sd is None:
+            raise ValueError("mode 'truth' needs `sd`: nine standard deviations, or three for all axes")
+        if self.sd is not None and len(self.sd) not in (3, 9):
+            raise ValueError(f"`sd` has {len(self.sd)} values; give nine, or three for all axes")
+        if self.covariance is not None and (len(self.covariance) != 9 or any(len(r) != 9 for r in self.covariance)):
+            raise ValueError("`covariance` must be nine rows of nine values")
+        return self
+
+
+class MarkParameters(Parameters):
+    """What describes the measurement of a mark."""
+
+    sigma_toa_ns: float | None = parameter(
+        None,
+        title="Time-of-arrival error",
+        unit="ns",
+        symbol="σ_n",
+        gt=0,
+        le=1e6,
+        from_site="sigma_toa_ns",
+        fallback=SIGMA_TOA_NS,
+    )
+    """Standard deviation of one time of arrival. Empty = the station's, then the site's value."""
+    earth: Literal["sphere", "wgs84"] | None = parameter(
+        None,
+        title="Earth",
+        group="measurement",
+        advanced=True,
+        choices=EARTHS,
+    )
+    """Shape of the Earth under the altitude. Empty = WGS-84 (the article's profile: sphere)."""
+    residual_gate_m: float | None = parameter(
+        None,
+        title="Residual gate",
+        unit="m",
+        group="association",
+        advanced=True,
+        gt=0,
+        le=1e6,
+    )
+    """Largest rms range residual of an accepted one-mark fix. Empty = 2.25 c σ_n (61 m at 90 ns)."""
+
+
+class AltitudeParameters(MarkParameters):
+    """The same with the altitude as an observation."""
+
+    sigma_altitude_m: float | None = parameter(
+        None,
+        title="Altitude error",
+        unit="m",
+        symbol="σ_h",
+        gt=0,
+        le=1e5,
+        from_site="sigma_altitude_m",
+        fallback=SIGMA_ALTITUDE_M,
+    )
+    """Standard deviation of the altitude observation. Pressure altitude differs from the geometric height by
+    50-300 m; the reader of real recordings therefore proposes 125 m. Empty = the site's value."""
+
+
+class FilterParameters(MarkParameters):
+    """What describes a range-difference filter."""
+
+    profile: Literal["article", "robust"] = parameter(
+        "robust",
+        title="Profile",
+        group="motion",
+        choices={
+            "robust": "white jerk, WGS-84, emission time, noise scaled on surprise, loss and restart",
+            "article": "as printed: paper's process noise, sphere, gate time, no outlier rule",
+        },
+    )
+    """Which set of rules: `article` reproduces the paper's tables, `robust` is for recordings."""
+    sigma_jerk_mps3: float = parameter(
+        0.1,
+        title="Jerk",
+        unit="m/s³",
+        symbol="σ_ξ",
+        group="motion",
+        gt=0,
+        le=1e4,
+    )
+    """Standard deviation of the jerk that disturbs the motion."""
+    process_noise: Literal["paper", "pwc", "white"] | None = parameter(
+        None,
+        title="Process noise",
+        group="motion",
+        advanced=True,
+        choices={
+            "paper": "only the acceleration is disturbed",
+            "pwc": "jerk constant between marks",
+            "white": "white jerk: depends on elapsed time only",
+        },
+    )
+    """Form of the process noise. Empty = white (the article's profile: paper)."""
+    start: Start = parameter(Start(), title="Start", group="start", advanced=True)
+    """Where the filter starts."""
+
+
+class FilterWithAltitudeParameters(FilterParameters, AltitudeParameters):
+    """A range-difference filter with altitude."""

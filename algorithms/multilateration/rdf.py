@@ -1,0 +1,44 @@
+"""RDF: an extended Kalman filter on range differences, incomplete marks included.
+
+Two receptions are enough to update a track; no one-mark fix is needed once it lives. See `filter_kernel` for the
+steps, `begin` for start and restart, `lanes` for the statuses.
+
+Differences from the paper: (19) prints a minus before the gain (positive feedback; 327 km after ten marks); start,
+outliers, loss and restart are ours; the rows are Helmert contrasts (the same update, no reference station).
+"""
+
+from __future__ import annotations
+
+from algorithms.multilateration.measures import measure
+from algorithms.multilateration.outputs import OUTPUTS
+from algorithms.multilateration.parameters import FilterParameters
+from algorithms.multilateration.tables import tabulate
+from algorithms.multilateration.tracker import run_filter
+from algorithms.recording import ToaMarks
+from algorithms.result import Result
+from algorithms.spec import Algorithm, Reference, RunContext
+
+
+class RdfParameters(FilterParameters):
+    """Parameters of the range-difference filter."""
+
+
+def run(recording: ToaMarks, parameters: RdfParameters, context: RunContext) -> Result:
+    """Filter every target of a recording by its range differences."""
+    return run_filter(recording, parameters, context, altitude=False)
+
+
+ALGORITHM = Algorithm(
+    name="rdf",
+    title="Range-difference filter (RDF)",
+    summary="Extended Kalman filter on time differences. Uses marks with two receptions and more; starts from four.",
+    family="multilateration",
+    takes=("toa_marks",),
+    parameters=RdfParameters,
+    outputs=OUTPUTS,
+    charts=("plan", "drms", "nis", "altitude", "receptions"),
+    references=(Reference("chugunov2023", "eqs. (5)-(23)"), Reference("barshalom2001", "sec. 10.3")),
+    run=run,
+    tabulate=tabulate,
+    measure=measure,
+)

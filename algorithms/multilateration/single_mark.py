@@ -1,0 +1,244 @@
+"""Each mark solved by itself: closed form, then Levenberg-Marquardt.
+
+Three receptions with an altitude, or four and more with or without, give a position whose covariance is the
+Cramer-Rao bound of the mark. Three receptions with altitude can have two solutions that fit equally well: both are
+given (`second_position_m`), the mark is called ambiguous. A mark with more receptions than unknowns is held against
+the residual gate; without it about one real mark in a hundred lands on a wrong branch, up to 177 km away.
+
+Differences from the paper: it has no one-mark solution at all.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.multilateration import lanes
+from algorithms.multilateration.begin import emission_offset
+from algorithms.multilateration.conditions import Conditions, conditions_of, toa_of
+from algorithms.multilateration.fix import residual_rms, solve_mark
+from algorithms.multilateration.measures import measure
+from algorithms.multilateration.outputs import OUTPUTS
+from algorithms.multilateration.parameters import AltitudeParameters
+from algorithms.multilateration.tables import tabulate
+from algorithms.recording import ToaMarks
+from algorithms.result import Output, Result, Setting
+from algorithms.spec import Algorithm, Reference, RunContext, parameter
+from algorithms.toolbox.kernels import kernel
+from algorithms.toolbox.kernels.symmetric import unpack
+from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
+
+# Marks in one call of the kernel: some 50 ms, so that a cancel is seen soon.
+SLICE_MARKS = 1_000
+
+
+class SingleMarkParameters(AltitudeParameters):
+    """Parameters of the one-mark solution."""
+
+    altitude: Literal["none", "white"] = parameter(
+        "white",
+        title="Altitude",
+        group="measurement",
+        choices={"none": "not used", "white": "an observation with the error above"},
+    )
+    """Whether a decoded altitude is used."""
+
+
+@kernel
+def solve_marks(
+    time,
+    toa,
+    altitude,
+    stations,
+    variance,
+    spread_limit,
+    altitude_variance,
+    earth,
+    centre,
+    radius,
+    gate_m,
+    first,
+    stop,
+    out_time,
+    position,
+    covariance,
+    second,
+    status,
+    reason,
+    used_out,
+    altitude_used,
+    residual,
+    cost_out,
+    dof,
+):
+    """Solve marks first <= k < stop of every trial; arrays as in `OUTPUTS`, positions and covariances apart."""
+    n_stations, trials = toa.shape[1], toa.shape[2]
+    toa_m = np.empty(n_stations)
+    used = np.empty(n_stations)
+    left = np.empty(n_stations)
+    p = np.empty((2, 3))
+    c = np.empty((2, 6))
+    cost = np.empty(2)
+    lane_toa = np.empty((n_stations, 1))
+    lane_used = np.empty((n_stations, 1))
+    for k in range(first, stop):
+        for trial in range(trials):
+            count = 0
+            for s in range(n_stations):
+                value = toa[k, s, trial]
+                here = np.isfinite(value)
+                toa_m[s] = SPEED_OF_LIGHT_MPS * value if here else 0.0
+                used[s] = 1.0 if here else 0.0
+                count += 1 if here else 0
+            possible = True
+            for s in range(n_stations):
+                for q in range(s):
+                    if used[s] * used[q] * abs(toa_m[s] - toa_m[q]) > spread_limit[s, q]:
+                        possible = False
+            height = altitude[k, trial]
+            known = 1 if np.isfinite(height) else 0
+            if known == 0:
+                height = np.nan
+            if not possible:
+                status[k, trial] = lanes.IMPOSSIBLE_TOA
+                reason[k, trial] = lanes.R_SPREAD
+                continue
+            if count < 3 or count + known < 4:
+                reason[k, trial] = lanes.R_NO_START
+                continue
+            n = solve_mark(
+                toa_m, used, stations, variance, height, altitude_variance, earth, centre, radius, p, c, cost
+            )
+            if n == 0:
+                reason[k, trial] = lanes.R_NO_SOLUTION
+                continue
+            rms = residual_rms(p[0], toa_m, used, stations, left)
+            for s in range(n_stations):
+                residual[k, s, trial] = left[s]
+            if count + known > 4 and rms > gate_m:
+                status[k, trial] = lanes.RESIDUAL_GATE
+                reason[k, trial] = lanes.R_RESIDUAL
+                continue
+            for s in range(n_stations):
+                used_out[k, s, trial] = used[s] > 0.0
+                lane_toa[s, 0] = toa_m[s]
+                lane_used[s, 0] = used[s]
+            altitude_used[k, trial] = known == 1
+            offset = emission_offset(p[0, 0], p[0, 1], p[0, 2], lane_toa, lane_used, stations, 0)
+            out_time[k, trial] = time[k] + offset
+            for a in range(3):
+                position[k, a, trial] = p[0, a]
+                if n == 2:
+                    second[k, a, trial] = p[1, a]
+            for i in range(6):
+                covariance[k, i, trial] = c[0, i]
+            dof[k, trial] = count + known - 4
+            if count + known > 4:
+                cost_out[k, trial] = cost[0]
+            status[k, trial] = lanes.AMBIGUOUS if n == 2 else lanes.INITIALISED
+            reason[k, trial] = lanes.R_TWO if n == 2 else lanes.R_NONE
+
+
+def run(recording: ToaMarks, parameters: SingleMarkParameters, context: RunContext) -> Result:
+    """Solve every mark of a recording by itself.
+
+    Raises
+    ------
+    RecordingError, ParameterError
+        No site, or WGS-84 without an origin.
+    """
+    with_altitude = parameters.altitude == "white"
+    conditions = conditions_of(recording, parameters, with_altitude=with_altitude)
+    toa = toa_of(recording, conditions)
+    altitude = recording.altitude_m if with_altitude else np.full_like(recording.altitude_m, np.nan)
+    arrays = _solve(recording, conditions, toa, altitude, context)
+    settings = conditions.settings | {"altitude": Setting(parameters.altitude, "run")}
+    return Result(arrays, conditions.notes, settings)
+
+
+def _solve(
+    recording: ToaMarks,
+    conditions: Conditions,
+    toa: NDArray[np.float64],
+    altitude: NDArray[np.float64],
+    context: RunContext,
+) -> dict[str, NDArray[np.generic]]:
+    marks, stations, trials = toa.shape
+    report = lanes.new_report(marks, stations, trials)
+    position = np.full((marks, 3, trials), np.nan)
+    packed = np.full((marks, 6, trials), np.nan)
+    second = np.full((marks, 3, trials), np.nan)
+    for first in range(0, marks, SLICE_MARKS):
+        context.check_cancelled()
+        stop = min(first + SLICE_MARKS, marks)
+        solve_marks(
+            recording.time_s,
+            toa,
+            altitude,
+            conditions.stations,
+            conditions.variance,
+            conditions.spread_limit,
+            conditions.sigma_altitude_m**2,
+            conditions.earth,
+            conditions.earth_centre,
+            conditions.earth_radius,
+            conditions.residual_gate_m,
+            first,
+            stop,
+            report.time,
+            position,
+            packed,
+            second,
+            report.status,
+            report.reason,
+            report.used,
+            report.altitude_used,
+            report.residual,
+            report.nis,
+            report.dof,
+        )
+        context.progress(stop / marks)
+    report.state[:, [0, 3, 6]] = position
+    covariance = np.full((marks, 9, 9, trials), np.nan)
+    where = np.array([0, 3, 6])
+    covariance[:, where[:, None], where[None, :]] = unpack(packed, axis=1)
+    # A mark is its own track of one: tracks are numbered by target, so that a chart can tell targets apart.
+    report.track[:] = np.where(np.isfinite(position[:, 0]), recording.target[:, None] + 1, 0)
+    return {
+        "row": recording.row,
+        "target": recording.target,
+        "time_s": report.time,
+        "state": report.state,
+        "covariance": covariance,
+        "track": report.track,
+        "status": report.status,
+        "reason": report.reason,
+        "nis": report.nis,
+        "dof": report.dof,
+        "used": report.used,
+        "altitude_used": report.altitude_used,
+        "residual_m": report.residual,
+        "second_position_m": second,
+    }
+
+
+ALGORITHM = Algorithm(
+    name="single_mark",
+    title="One-mark solution",
+    summary="Each mark is solved by itself from three receptions with altitude, or four and more. No motion model, "
+    "no memory: the yardstick for every filter.",
+    family="multilateration",
+    takes=("toa_marks",),
+    parameters=SingleMarkParameters,
+    outputs=(
+        *OUTPUTS,
+        Output("second_position_m", ("mark", "axis", "trial"), "m", "the other solution of an ambiguous mark"),
+    ),
+    charts=("plan", "drms", "nis", "altitude", "receptions"),
+    references=(Reference("smith1987"), Reference("more1978"), Reference("chugunov2023", "eq. (27)")),
+    run=run,
+    tabulate=tabulate,
+    measure=measure,
+)

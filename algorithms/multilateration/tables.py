@@ -1,0 +1,211 @@
+"""Results of the multilateration algorithms as long tables (columns as the HTTP API fixes them)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.multilateration import lanes
+from algorithms.recording import ToaMarks
+from algorithms.result import Result, Table
+
+# What became of a mark that entered the estimate just as it should.
+_PLAINLY_USED = (lanes.UPDATED, lanes.INITIALISED)
+_UPDATING = (
+    lanes.UPDATED,
+    lanes.INITIALISED,
+    lanes.REINITIALISED,
+    lanes.DOWNWEIGHTED,
+    lanes.ALTITUDE_ONLY,
+    lanes.AMBIGUOUS,
+)
+_POSITION = [0, 3, 6]
+_VELOCITY = [1, 4, 7]
+_ACCELERATION = [2, 5, 8]
+
+
+def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
+    """Return the tables states, errors (with truth), tracks, decisions and receivers of one recording."""
+    tables = {
+        "states": _states(recording, result),
+        "tracks": _tracks(recording, result),
+        "decisions": _decisions(recording, result),
+        "receivers": _receivers(recording, result),
+    }
+    if recording.has_truth:
+        tables["errors"] = _errors(recording, result)
+    return tables
+
+
+def _flat(array: NDArray[Any]) -> NDArray[Any]:
+    """(mark, trial) -> rows: trial by trial, marks in time order."""
+    return array.T.reshape(-1)
+
+
+def _names(result: Result, key: str, words: tuple[str, ...]) -> list[str | None]:
+    return [words[i] or None for i in _flat(result.arrays[key])]
+
+
+def _targets(recording: ToaMarks, trials: int) -> list[str | None]:
+    return [recording.targets[i] or None for i in recording.target] * trials
+
+
+def _trial_column(marks: int, trials: int) -> NDArray[np.float64]:
+    """Trial numbers; empty for an uploaded recording, which is no trial."""
+    if trials == 1:
+        return np.full(marks, np.nan)
+    return np.repeat(np.arange(trials, dtype=float), marks)
+
+
+def _or_nan(track: NDArray[Any]) -> NDArray[np.float64]:
+    return np.where(track > 0, track, np.nan)
+
+
+def _states(recording: ToaMarks, result: Result) -> Table:
+    a = result.arrays
+    state, cov = a["state"], a["covariance"]
+    marks, trials = a["time_s"].shape
+    sd = np.sqrt(np.stack([cov[:, i, i] for i in _POSITION], axis=1))
+    time = np.where(np.isfinite(a["time_s"]), a["time_s"], recording.time_s[:, None])
+    names = recording.stations
+    used: list[str | None] = []
+    for trial in range(trials):
+        for k, receptions in enumerate(a["used"][:, :, trial]):
+            words = [names[s] for s in np.flatnonzero(receptions)]
+            if a["altitude_used"][k, trial]:
+                words.append("altitude")
+            used.append(" ".join(words) or None)
+    columns: dict[str, Any] = {
+        "trial": _trial_column(marks, trials),
+        "track": _or_nan(_flat(a["track"])),
+        "time_s": _flat(time),
+    }
+    for prefix, where, unit in (
+        ("", _POSITION, "m"),
+        ("velocity_", _VELOCITY, "mps"),
+        ("acceleration_", _ACCELERATION, "mps2"),
+    ):
+        for axis, i in zip(("east", "north", "up"), where, strict=True):
+            columns[f"{prefix}{axis}_{unit}"] = _flat(state[:, i])
+    for i, axis in enumerate(("east", "north", "up")):
+        columns[f"sigma_{axis}_m"] = _flat(sd[:, i])
+    columns["drms_m"] = _flat(np.hypot(sd[:, 0], sd[:, 1]))
+    columns["nis"] = _flat(a["nis"])
+    columns["dof"] = _flat(a["dof"])
+    columns["status"] = _names(result, "status", lanes.STATUS)
+    columns["used"] = used
+    columns["row"] = np.tile(a["row"], trials)
+    columns["target"] = _targets(recording, trials)
+    columns["covariance_east_north_m2"] = _flat(cov[:, 0, 3])
+    return Table(columns)
+
+
+def position_errors(recording: ToaMarks, result: Result) -> NDArray[np.float64]:
+    """(mark, 3, trial) m: estimate minus truth; NaN where either is unknown."""
+    errors: NDArray[np.float64] = result.arrays["state"][:, _POSITION] - recording.truth_m[:, :, None]
+    return errors
+
+
+def _errors(recording: ToaMarks, result: Result) -> Table:
+    a = result.arrays
+    errors = position_errors(recording, result)
+    velocity = a["state"][:, _VELOCITY] - recording.truth_velocity_mps[:, :, None]
+    keep = np.isfinite(_flat(errors[:, 0]))
+    marks, trials = a["time_s"].shape
+    targets = _targets(recording, trials)
+    return Table(
+        {
+            "trial": _trial_column(marks, trials)[keep],
+            "track": _or_nan(_flat(a["track"]))[keep],
+            "target": [targets[i] for i in np.flatnonzero(keep)],
+            "time_s": _flat(a["time_s"])[keep],
+            "error_east_m": _flat(errors[:, 0])[keep],
+            "error_north_m": _flat(errors[:, 1])[keep],
+            "error_up_m": _flat(errors[:, 2])[keep],
+            "error_horizontal_m": _flat(np.hypot(errors[:, 0], errors[:, 1]))[keep],
+            "error_velocity_mps": _flat(np.linalg.norm(velocity, axis=1))[keep],
+            "row": np.tile(a["row"], trials)[keep],
+        }
+    )
+
+
+def _tracks(recording: ToaMarks, result: Result) -> Table:
+    a = result.arrays
+    rows: list[tuple[Any, ...]] = []
+    for trial in range(a["track"].shape[1]):
+        number, status, reason = a["track"][:, trial], a["status"][:, trial], a["reason"][:, trial]
+        for track in np.unique(number[number > 0]):
+            where = np.flatnonzero(number == track)
+            target = recording.target[where[0]]
+            later = recording.rows_of(int(target))
+            later = later[later > where[-1]]
+            end = "end of the recording" if later.size == 0 else _end_reason(later, where, reason, recording)
+            updating = np.isin(status[where], _UPDATING)
+            rows.append(
+                (
+                    int(track),
+                    recording.targets[target] or None,
+                    "open" if later.size == 0 else "ended",
+                    float(a["time_s"][where[0], trial]),
+                    float(a["time_s"][where[-1], trial]),
+                    int(updating.sum()),
+                    int((~updating).sum()),
+                    end,
+                )
+            )
+    names = ("track", "target", "state", "start_s", "end_s", "updates", "misses", "reason")
+    columns = list(zip(*rows, strict=True)) if rows else [()] * len(names)
+    texts = {"target", "state", "reason"}
+    return Table({n: list(c) if n in texts else np.array(c, float) for n, c in zip(names, columns, strict=True)})
+
+
+def _end_reason(
+    later: NDArray[np.int64], where: NDArray[np.int64], reason: NDArray[np.int64], recording: ToaMarks
+) -> str:
+    first = later[0]
+    if recording.time_s[first] - recording.time_s[where[-1]] > lanes.GAP_S:
+        return lanes.REASONS[lanes.R_GAP]
+    return lanes.REASONS[reason[first]] or "restarted"
+
+
+def _decisions(recording: ToaMarks, result: Result) -> Table:
+    """List every mark that was not simply used: what was decided, against which threshold, and why."""
+    a = result.arrays
+    status, reason = _flat(a["status"]), _flat(a["reason"])
+    keep = np.flatnonzero(~np.isin(status, _PLAINLY_USED))
+    marks, trials = a["time_s"].shape
+    nis, dof = _flat(a["nis"])[keep], _flat(a["dof"])[keep]
+    scaled = status[keep] == lanes.DOWNWEIGHTED
+    threshold = np.where(scaled, lanes.SCALE_FROM_SIGMA * np.sqrt(dof), np.nan)
+    targets = _targets(recording, trials)
+    return Table(
+        {
+            "track": _or_nan(_flat(a["track"]))[keep],
+            "row": np.tile(a["row"], trials)[keep],
+            "time_s": np.tile(recording.time_s, trials)[keep],
+            "decision": [lanes.STATUS[i] for i in status[keep]],
+            "distance": np.sqrt(nis),
+            "threshold": threshold,
+            "probability": np.full(keep.size, np.nan),
+            "reason": [lanes.REASONS[i] or None for i in reason[keep]],
+            "target": [targets[i] for i in keep],
+            "trial": _trial_column(marks, trials)[keep],
+        }
+    )
+
+
+def _receivers(recording: ToaMarks, result: Result) -> Table:
+    residual = np.where(result.arrays["used"], result.arrays["residual_m"], np.nan)
+    names = recording.stations
+    count = np.isfinite(residual).sum(axis=(0, 2))
+    mean = np.full(len(names), np.nan)
+    sd = np.full(len(names), np.nan)
+    for s in range(len(names)):
+        values = residual[:, s][np.isfinite(residual[:, s])]
+        if values.size:
+            mean[s] = values.mean()
+        if values.size > 1:
+            sd[s] = values.std(ddof=1)
+    return Table({"station": list(names), "receptions": count, "residual_mean_m": mean, "residual_sd_m": sd})

@@ -1,0 +1,178 @@
+"""Run the range-difference filter over a recording: targets apart, trials side by side, in slices."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.errors import ParameterError, RecordingError
+from algorithms.multilateration import lanes
+from algorithms.multilateration.conditions import Conditions, conditions_of, toa_of
+from algorithms.multilateration.filter_kernel import filter_marks
+from algorithms.multilateration.lanes import Marks, Report, Setup, Track
+from algorithms.multilateration.parameters import FilterParameters, Start
+from algorithms.recording import ToaMarks
+from algorithms.result import Result, Setting
+from algorithms.spec import RunContext
+from algorithms.toolbox.kernels import LANES
+from algorithms.toolbox.kernels.symmetric import pack, unpack
+from algorithms.toolbox.motion.jerk import PROCESS_NOISE
+
+Floats = NDArray[np.float64]
+
+# Receptions in one call of the kernel: some 50 ms, so that a cancel is seen soon.
+SLICE_RECEPTIONS = 40_000
+
+
+def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunContext, *, altitude: bool) -> Result:
+    """Filter every target of a recording (specification 4-6), with or without the altitude observation.
+
+    Raises
+    ------
+    RecordingError, ParameterError
+        No site; a start that does not fit.
+    RunCancelled
+        Where the context says so.
+    """
+    profile = parameters.profile
+    conditions = conditions_of(recording, parameters, profile=profile, with_altitude=altitude)
+    form = parameters.process_noise or ("paper" if profile == "article" else "white")
+    settings = conditions.settings | {
+        "profile": Setting(profile, "run"),
+        "process_noise": Setting(form, "run" if parameters.process_noise else "profile"),
+        "sigma_jerk_mps3": Setting(parameters.sigma_jerk_mps3, "run"),
+    }
+    gate_length = recording.site.gate_length_s if recording.site is not None else None
+    setup = setup_of(
+        conditions,
+        sigma_jerk_mps3=parameters.sigma_jerk_mps3,
+        process_noise=form,
+        altitude=altitude,
+        robust=profile == "robust",
+        gate_length_s=gate_length or 0.0,
+    )
+    toa = toa_of(recording, conditions)
+    trials = toa.shape[2]
+    whole = lanes.new_report(len(recording), toa.shape[1], trials)
+    offset = np.zeros(trials, np.int64)
+    done, total = 0, max(len(recording) * trials, 1)
+    for target in range(len(recording.targets)):
+        rows = recording.rows_of(target)
+        if rows.size == 0:
+            continue
+        for first in range(0, trials, LANES):
+            part = slice(first, min(first + LANES, trials))
+            marks = Marks(
+                recording.time_s[rows],
+                np.ascontiguousarray(toa[rows][:, :, part]),
+                np.ascontiguousarray(recording.altitude_m[rows][:, part]),
+            )
+            track = started(parameters.start, recording, rows, np.arange(part.start, part.stop), context)
+            report = lanes.new_report(rows.size, toa.shape[1], part.stop - part.start)
+            step = max(1, SLICE_RECEPTIONS // max(toa.shape[1], 1))
+            for k in range(0, rows.size, step):
+                context.check_cancelled()
+                stop = min(k + step, rows.size)
+                filter_marks(marks, setup, track, report, k, stop)
+                done += (stop - k) * (part.stop - part.start)
+                context.progress(done / total)
+            report.track[report.track > 0] += np.broadcast_to(offset[part], report.track.shape)[report.track > 0]
+            for ours, theirs in zip(whole, report, strict=True):
+                ours[rows, ..., part] = theirs
+            offset[part] = np.maximum(offset[part], report.track.max(axis=0, initial=0))
+    return Result(_arrays(recording, whole), conditions.notes, settings)
+
+
+def setup_of(
+    conditions: Conditions,
+    *,
+    sigma_jerk_mps3: float,
+    process_noise: str,
+    altitude: bool,
+    robust: bool,
+    gate_length_s: float = 0.0,
+) -> Setup:
+    """Gather the constants of a kernel call."""
+    return Setup(
+        stations=conditions.stations,
+        variance=conditions.variance,
+        spread_limit=conditions.spread_limit,
+        middle=conditions.middle,
+        radius_of_site=float(np.linalg.norm(conditions.stations - conditions.middle, axis=1).max()),
+        altitude_variance=conditions.sigma_altitude_m**2,
+        earth=conditions.earth,
+        earth_centre=conditions.earth_centre,
+        earth_radius=conditions.earth_radius,
+        sigma_jerk=sigma_jerk_mps3,
+        noise_form=PROCESS_NOISE.index(process_noise),
+        use_altitude=altitude,
+        robust=robust,
+        residual_gate_m=conditions.residual_gate_m,
+        gate_centre_s=gate_length_s / 2,
+    )
+
+
+def started(
+    start: Start, recording: ToaMarks, rows: NDArray[np.int64], trials: NDArray[np.int64], context: RunContext
+) -> Track:
+    """Lanes before the first mark: empty, or with the given state at the first mark's time."""
+    track = lanes.new_track()
+    if start.mode == "auto":
+        return track
+    covariance = _start_covariance(start)
+    time = float(recording.time_s[rows[0]])
+    state = np.zeros(9)
+    if start.mode == "given":
+        state[:] = start.state
+    else:
+        truth = np.stack([recording.truth_m[rows[0]], recording.truth_velocity_mps[rows[0]], np.zeros(3)], axis=1)
+        if not np.isfinite(truth).all():
+            raise RecordingError(
+                "a start around the truth needs true position and velocity at the first mark",
+                pointer="/start/mode",
+                remedy="use a scenario, or `auto` for an uploaded recording",
+                code="truth_missing",
+            )
+        state = truth.ravel()
+    root = np.linalg.cholesky(covariance)
+    for lane, trial in enumerate(trials):
+        drawn = root @ context.random(int(trial)).standard_normal(9) if start.mode == "truth" else 0.0
+        track.x[0, :, lane] = state + drawn
+        track.p[0, :, lane] = pack(covariance)
+        track.time[lane] = track.last_update[lane] = time
+        track.live[lane] = track.number[lane] = track.started[lane] = 1
+    return track
+
+
+def _start_covariance(start: Start) -> Floats:
+    if start.covariance is not None:
+        covariance = np.array(start.covariance)
+        if not np.allclose(covariance, covariance.T, rtol=1e-9, atol=0) or np.linalg.eigvalsh(covariance)[0] <= 0:
+            raise ParameterError(
+                "the start covariance is not symmetric positive definite",
+                pointer="/start/covariance",
+                remedy="give a covariance matrix, or standard deviations in `sd`",
+                code="start_covariance",
+            )
+        return covariance
+    assert start.sd is not None
+    sd = np.array(start.sd)
+    return np.diag(np.tile(sd, 3) ** 2 if sd.size == 3 else sd**2)
+
+
+def _arrays(recording: ToaMarks, report: Report) -> dict[str, NDArray[np.generic]]:
+    return {
+        "row": recording.row,
+        "target": recording.target,
+        "time_s": report.time,
+        "state": report.state,
+        "covariance": unpack(report.covariance, axis=1),
+        "track": report.track,
+        "status": report.status,
+        "reason": report.reason,
+        "nis": report.nis,
+        "dof": report.dof,
+        "used": report.used,
+        "altitude_used": report.altitude_used,
+        "residual_m": report.residual,
+    }

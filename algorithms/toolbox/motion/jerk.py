@@ -1,0 +1,148 @@
+"""Constant acceleration disturbed by jerk, the same on three axes: state [x vx ax  y vy ay  z vz az].
+
+Per axis, over an interval T,
+
+    F1 = [[1, T, T^2/2], [0, 1, T], [0, 0, 1]],     P' = F P F^T + Q,
+
+with the process noise Q1 in one of three forms (sigma = standard deviation of the jerk sample, m/s^3):
+
+* `paper`: sigma^2 g g^T, g = [0, 0, T]: only the acceleration is disturbed (chugunov2023, eq. (6));
+* `pwc`:   sigma^2 g g^T, g = [T^3/6, T^2/2, T]: jerk constant between marks;
+* `white`: q [[T^5/20, T^4/8, T^3/6], [., T^3/3, T^2/2], [., ., T]], q = sigma^2 * 1 s: white jerk. It depends only
+  on the elapsed time, not on how many marks fell in it, and is the one to use for irregular marks.
+
+Differences from the paper: it knows the first form only; for marks 1 s apart the three give the same accuracy to
+four digits.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.toolbox.kernels import LANES, kernel
+
+PROCESS_NOISE = ("paper", "pwc", "white")
+"""Names of the forms; a kernel takes the position in this tuple."""
+
+T_REF_S = 1.0
+
+
+def transition_matrix(t: float) -> NDArray[np.float64]:
+    """(9, 9) F over t seconds; the dense statement used outside the kernels."""
+    f1 = np.array([[1.0, t, t * t / 2], [0.0, 1.0, t], [0.0, 0.0, 1.0]])
+    return np.kron(np.eye(3), f1)
+
+
+def process_noise(t: float, sigma_jerk_mps3: float, form: str) -> NDArray[np.float64]:
+    """(9, 9) Q over t seconds; the dense statement used outside the kernels."""
+    if form == "white":
+        q1 = np.array([[t**5 / 20, t**4 / 8, t**3 / 6], [t**4 / 8, t**3 / 3, t**2 / 2], [t**3 / 6, t**2 / 2, t]]) * (
+            sigma_jerk_mps3**2 * T_REF_S
+        )
+    else:
+        g = np.array([0.0, 0.0, t] if form == "paper" else [t**3 / 6, t**2 / 2, t])
+        q1 = sigma_jerk_mps3**2 * np.outer(g, g)
+    return np.kron(np.eye(3), q1)
+
+
+@kernel
+def noise_block(t, sigma, form, q):
+    """Write the six lower elements of Q1 over t seconds into q."""
+    if form == 2:
+        s = sigma * sigma * T_REF_S
+        q[0] = s * t**5 / 20.0
+        q[1] = s * t**4 / 8.0
+        q[2] = s * t**3 / 3.0
+        q[3] = s * t**3 / 6.0
+        q[4] = s * t * t / 2.0
+        q[5] = s * t
+    else:
+        s = sigma * sigma
+        g0 = t**3 / 6.0 if form == 1 else 0.0
+        g1 = t * t / 2.0 if form == 1 else 0.0
+        q[0] = s * g0 * g0
+        q[1] = s * g1 * g0
+        q[2] = s * g1 * g1
+        q[3] = s * t * g0
+        q[4] = s * t * g1
+        q[5] = s * t * t
+
+
+@kernel
+def predict_jerk(x, p, t, sigma, form):
+    """Predict a block over t seconds, in place; a lane with t = 0 stays as it is.
+
+    F is three equal 3 x 3 blocks, so F P F^T is done block by block with T and T^2/2; no 9 x 9 product exists.
+
+    Parameters
+    ----------
+    x : (9, LANES), p : (45, LANES), t : (LANES,) s
+    sigma : float, m/s^3
+    form : int, position in PROCESS_NOISE
+    """
+    q = np.empty((6, LANES))
+    q1 = np.empty(6)
+    last = -1.0
+    for lane in range(LANES):
+        if t[lane] != last:
+            last = t[lane]
+            noise_block(last, sigma, form, q1)
+        for k in range(6):
+            q[k, lane] = q1[k]
+    for a in range(3):
+        i = 3 * a
+        for lane in range(LANES):
+            tau = t[lane]
+            x[i, lane] += tau * (x[i + 1, lane] + 0.5 * tau * x[i + 2, lane])
+            x[i + 1, lane] += tau * x[i + 2, lane]
+    for a in range(3):
+        r0 = 3 * a * (3 * a + 1) // 2
+        r1 = (3 * a + 1) * (3 * a + 2) // 2
+        r2 = (3 * a + 2) * (3 * a + 3) // 2
+        for b in range(a):
+            c = 3 * b
+            for lane in range(LANES):
+                tau = t[lane]
+                hh = 0.5 * tau * tau
+                m20 = p[r2 + c, lane]
+                m21 = p[r2 + c + 1, lane]
+                m22 = p[r2 + c + 2, lane]
+                m10 = p[r1 + c, lane]
+                m11 = p[r1 + c + 1, lane]
+                m12 = p[r1 + c + 2, lane]
+                a00 = p[r0 + c, lane] + tau * m10 + hh * m20
+                a01 = p[r0 + c + 1, lane] + tau * m11 + hh * m21
+                a02 = p[r0 + c + 2, lane] + tau * m12 + hh * m22
+                a10 = m10 + tau * m20
+                a11 = m11 + tau * m21
+                a12 = m12 + tau * m22
+                p[r0 + c, lane] = a00 + tau * a01 + hh * a02
+                p[r0 + c + 1, lane] = a01 + tau * a02
+                p[r0 + c + 2, lane] = a02
+                p[r1 + c, lane] = a10 + tau * a11 + hh * a12
+                p[r1 + c + 1, lane] = a11 + tau * a12
+                p[r1 + c + 2, lane] = a12
+                p[r2 + c, lane] = m20 + tau * m21 + hh * m22
+                p[r2 + c + 1, lane] = m21 + tau * m22
+        c = 3 * a
+        for lane in range(LANES):
+            tau = t[lane]
+            hh = 0.5 * tau * tau
+            m00 = p[r0 + c, lane]
+            m10 = p[r1 + c, lane]
+            m11 = p[r1 + c + 1, lane]
+            m20 = p[r2 + c, lane]
+            m21 = p[r2 + c + 1, lane]
+            m22 = p[r2 + c + 2, lane]
+            a00 = m00 + tau * m10 + hh * m20
+            a01 = m10 + tau * m11 + hh * m21
+            a02 = m20 + tau * m21 + hh * m22
+            a11 = m11 + tau * m21
+            a12 = m21 + tau * m22
+            p[r0 + c, lane] = a00 + tau * a01 + hh * a02 + q[0, lane]
+            p[r1 + c, lane] = a01 + tau * a02 + q[1, lane]
+            p[r1 + c + 1, lane] = a11 + tau * a12 + q[2, lane]
+            p[r2 + c, lane] = a02 + q[3, lane]
+            p[r2 + c + 1, lane] = a12 + q[4, lane]
+            p[r2 + c + 2, lane] = m22 + q[5, lane]
