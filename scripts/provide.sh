@@ -150,11 +150,21 @@ unpack_chromium() {
                 await inflate(packed + name);
         '
     )
+    # Its own list of font folders is that of a cloud service, where the fonts are not.
+    cat >"$tools/chromium/fonts.conf" <<EOF
+<?xml version="1.0"?>
+<!DOCTYPE fontconfig SYSTEM "fonts.dtd">
+<fontconfig>
+  <dir>$tools/chromium/files/fonts</dir>
+  <dir>/usr/share/fonts</dir>
+  <cachedir>$tools/chromium/font-cache</cachedir>
+</fontconfig>
+EOF
     cat >"$tools/bin/chromium" <<EOF
 #!/bin/sh
-files="$tools/chromium/files"
-export LD_LIBRARY_PATH="\$files/al2023/lib:\$files" FONTCONFIG_PATH="\$files/fonts"
-exec "\$files/chromium" "\$@"
+export LD_LIBRARY_PATH="$tools/chromium/files/al2023/lib:$tools/chromium/files"
+export FONTCONFIG_FILE="$tools/chromium/fonts.conf"
+exec "$tools/chromium/files/chromium" "\$@"
 EOF
     chmod +x "$tools/bin/chromium"
 }
