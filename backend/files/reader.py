@@ -1,0 +1,97 @@
+"""What a reader is, and how readers are found.
+
+To add a format, write one module in this package with a constant `READER`:
+
+1. `detect(source)` looks at the content (never at the name) and tells whether it is in this format.
+2. `read(source)` gives a `Part`: the rows of one file in the order of the file, without a site. Rows that cannot
+   serve are rejected in `source.findings`, everything decided for the user is a warning there.
+3. It raises InputError only where nothing of the file can serve.
+
+Merging, sorting, the site and the truth are the same for all formats and follow in `reading`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+
+import backend.files
+from algorithms.errors import UnsupportedFormatError
+from algorithms.recording import Floats, Kind, Recording
+from backend.files.content import Content
+from backend.files.delimited_text import Header, read_header
+from backend.files.options import ReadLimits, ReadOptions
+from backend.files.report import Findings
+
+
+@dataclass(frozen=True)
+class Source:
+    """One file on its way into a recording."""
+
+    content: Content
+    options: ReadOptions
+    limits: ReadLimits
+    findings: Findings
+
+    @cached_property
+    def header(self) -> Header:
+        """The line of column names; raises where the text has none."""
+        return read_header(self.content)
+
+    def has_columns(self, *names: str) -> bool:
+        """Whether the content is delimited text with these columns."""
+        try:
+            return set(names) <= set(self.header.names)
+        except UnsupportedFormatError:
+            return False
+
+
+@dataclass(frozen=True)
+class Part:
+    """The rows of one file.
+
+    Attributes
+    ----------
+    recording : rows in the order of the file; `row` counts from 1 within it
+    epoch_s : the Unix second from which `time_s` counts; None = unknown start
+    rows_in_file : all rows, those that the user's filter leaves out too
+    rows_read : accepted and rejected rows
+    truth_geodetic : (M, 3) float, latitude and longitude in rad, height in m: truth that still needs an origin
+    station_columns : station -> column that names it in the file's header; empty where stations occur in the data
+    site_defaults : accuracies that the format is known for, used where the site gives none
+    """
+
+    recording: Recording
+    epoch_s: int | None
+    rows_in_file: int
+    rows_read: int
+    truth_geodetic: Floats | None = None
+    station_columns: Mapping[str, str] = field(default_factory=dict)
+    site_defaults: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A format: its stable name, words for it, what it can hold, how it is recognised and read."""
+
+    name: str
+    title: str
+    kinds: tuple[Kind, ...]
+    detect: Callable[[Source], bool]
+    read: Callable[[Source], Part]
+
+
+@cache
+def readers_by_name() -> dict[str, Reader]:
+    """All readers of this package."""
+    out: dict[str, Reader] = {}
+    for found in pkgutil.iter_modules(backend.files.__path__, "backend.files."):
+        declared = getattr(importlib.import_module(found.name), "READER", None)
+        if isinstance(declared, Reader):
+            if declared.name in out:
+                raise RuntimeError(f"two readers are called {declared.name!r}; the second is in {found.name}")
+            out[declared.name] = declared
+    return out
