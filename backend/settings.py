@@ -66,6 +66,10 @@ class Settings(BaseSettings):
     """Largest body of any other request, bytes."""
     max_rows: int = Field(default=5_000_000, ge=1)
     """Most rows that one recording may have."""
+    reader_memory_bytes: int = Field(default=4 * 2**30, ge=2**28)
+    """Memory that reading one upload may take, bytes."""
+    reader_timeout_s: float = Field(default=600, gt=0)
+    """Longest time that reading one upload may take, seconds."""
     kernel_cache: Path | None = None
     """Folder for compiled kernels, shared by all workers; default `kernels` in the data folder."""
     samples: bool = True

@@ -1,0 +1,256 @@
+"""From the outcomes of a run's blocks to its result file, its small tables and its headline, and back.
+
+The result file is an .npz: `<label>/<array>` for the arrays of each algorithm, `tables/<table>/<label>/...` for its
+big tables (`Table.to_arrays`). It holds no time and no duration: the same inputs give the same bytes. Small tables
+stand in the database, all labels together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.result import Column, Metric, Table
+from backend.db import outcomes, runs
+from backend.db.engine import Database
+from backend.errors import NotFoundError, StateError
+from backend.files.store import Store, json_array, json_of
+from backend.jobs.work import Outcome
+
+# Tables with a row per mark always stand in the result file, whatever their size: scripts rely on it.
+BIG_TABLES = ("states", "errors")
+# Any other table with more rows than this goes there too.
+BIG_ROWS = 20_000
+
+
+@dataclass(frozen=True)
+class Composed:
+    """A finished run, ready to be stored."""
+
+    arrays: dict[str, NDArray[Any]]
+    tables: list[outcomes.StoredTable]
+    summary: dict[str, Any]
+    entries: list[dict[str, Any]]
+    software: dict[str, Any]
+
+
+def block_arrays(outcome: Outcome) -> dict[str, NDArray[Any]]:
+    """Return a finished block as arrays for the store."""
+    meta = {
+        "arrays": list(outcome.arrays),
+        "tables": list(outcome.tables),
+        "metrics": [asdict(m) for m in outcome.metrics],
+        "settings": outcome.settings,
+        "notes": list(outcome.notes),
+        "seconds": outcome.seconds,
+        "software": outcome.software,
+    }
+    out: dict[str, NDArray[Any]] = {"meta": json_array(_finite(meta))}
+    out |= {f"array/{name}": np.asarray(array) for name, array in outcome.arrays.items()}
+    for name, table in outcome.tables.items():
+        out |= table.to_arrays(f"table/{name}")
+    return out
+
+
+def outcome_of(arrays: Mapping[str, NDArray[Any]]) -> Outcome:
+    """Return the finished block that `block_arrays` made arrays of."""
+    meta = json_of(arrays["meta"])
+    return Outcome(
+        "done",
+        arrays={name: arrays[f"array/{name}"] for name in meta["arrays"]},
+        tables={name: Table.from_arrays(arrays, f"table/{name}") for name in meta["tables"]},
+        metrics=tuple(Metric(**m) for m in meta["metrics"]),
+        settings=meta["settings"],
+        notes=tuple(meta["notes"]),
+        seconds=meta["seconds"],
+        software=meta["software"],
+    )
+
+
+def compose(labels: Sequence[str], blocks: Sequence[Outcome]) -> Composed:
+    """Put the blocks of a run together, in the order of its algorithms."""
+    arrays: dict[str, NDArray[Any]] = {}
+    by_name: dict[str, dict[str, Table]] = {}
+    for label, block in zip(labels, blocks, strict=True):
+        arrays |= {f"{label}/{name}": array for name, array in block.arrays.items()}
+        for name, table in block.tables.items():
+            by_name.setdefault(name, {})[label] = table
+    small = [_metrics_table(labels, blocks)]
+    for name, tables in by_name.items():
+        if name in BIG_TABLES or sum(len(t) for t in tables.values()) > BIG_ROWS:
+            for label, table in tables.items():
+                arrays |= table.to_arrays(f"tables/{name}/{label}")
+        else:
+            small.append(_stored(name, _joined(tables)))
+    entries = [
+        {
+            "label": label,
+            "settings": block.settings,
+            "notes": list(block.notes),
+            "seconds": block.seconds,
+            "tables": {name: len(table) for name, table in block.tables.items()},
+        }
+        for label, block in zip(labels, blocks, strict=True)
+    ]
+    software = dict(blocks[0].software) if blocks else {}
+    # Workers of a mixed cluster differ; then results may too, beyond the ninth digit.
+    processors = sorted({b.software["cpu"] for b in blocks if "cpu" in b.software})
+    if len(processors) > 1:
+        software["cpu"] = ", ".join(processors)
+    return Composed(arrays, small, _summary(labels, blocks), _finite(entries), software)
+
+
+def table_names(database: Database, run: runs.Run) -> dict[str, int]:
+    """Return the tables of a run with their numbers of rows, by name."""
+    with database.read() as connection:
+        sizes = outcomes.table_sizes(connection, run.id)
+    for entry in run.entries or ():
+        for name, rows in entry["tables"].items():
+            if name in BIG_TABLES or name not in sizes:
+                sizes[name] = sizes.get(name, 0) + rows
+    return dict(sorted(sizes.items()))
+
+
+def load_table(database: Database, store: Store, run: runs.Run, name: str) -> Table:
+    """Return a table of a run with all labels together, `label` being its first column (in metrics the second)."""
+    with database.read() as connection:
+        stored = outcomes.find_table(connection, run.id, name)
+    if stored is not None:
+        return _table(stored)
+    return _joined(_big_tables(store, run, name))
+
+
+def load_entry_table(database: Database, store: Store, run: runs.Run, label: str, name: str) -> Table:
+    """Return a table of one algorithm of a run, without the column `label`."""
+    with database.read() as connection:
+        stored = outcomes.find_table(connection, run.id, name)
+    if stored is None:
+        tables = _big_tables(store, run, name)
+        return tables[label] if label in tables else _no_rows(next(iter(tables.values())))
+    at = [c for c, _ in stored.columns].index("label")
+    table = _table(outcomes.StoredTable(name, stored.columns, [r for r in stored.rows if r[at] == label]))
+    return Table({column: values for column, values in table.columns.items() if column != "label"})
+
+
+def load_arrays(store: Store, run: runs.Run) -> Mapping[str, NDArray[Any]]:
+    """Return the arrays of the result file; each is read when it is asked for."""
+    if run.result_sha256 is None:
+        raise StateError(
+            f"The run is {run.state}: it has no result.",
+            remedy="Wait until it has succeeded." if not run.is_final else "Run it again.",
+            code="no_result",
+        )
+    return store.get_arrays(run.result_sha256)
+
+
+def load_entry_arrays(store: Store, run: runs.Run, label: str) -> dict[str, NDArray[Any]]:
+    """Return the result arrays of one algorithm of a run, by the names of its outputs."""
+    arrays = load_arrays(store, run)
+    prefix = f"{label}/"
+    return {key.removeprefix(prefix): arrays[key] for key in arrays if key.startswith(prefix)}
+
+
+def _big_tables(store: Store, run: runs.Run, name: str) -> dict[str, Table]:
+    arrays = load_arrays(store, run)
+    found = {
+        entry.label: Table.from_arrays(arrays, f"tables/{name}/{entry.label}")
+        for entry in run.algorithms
+        if f"tables/{name}/{entry.label}/columns" in arrays
+    }
+    if not found:
+        raise NotFoundError(f"The run has no table {name!r}.", code="table_not_found")
+    return found
+
+
+def _metrics_table(labels: Sequence[str], blocks: Sequence[Outcome]) -> outcomes.StoredTable:
+    columns = [
+        ("metric", "text"),
+        ("label", "text"),
+        ("segment", "text"),
+        ("target", "text"),
+        ("value", "number"),
+        ("ci95_low", "number"),
+        ("ci95_high", "number"),
+        ("unit", "text"),
+        ("n", "integer"),
+    ]
+    rows = [
+        [label if name == "label" else _finite(getattr(metric, name)) for name, _ in columns]
+        for label, block in zip(labels, blocks, strict=True)
+        for metric in block.metrics
+    ]
+    return outcomes.StoredTable("metrics", columns, rows)
+
+
+def _summary(labels: Sequence[str], blocks: Sequence[Outcome]) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for label, block in zip(labels, blocks, strict=True):
+        for m in block.metrics:
+            if not m.segment and not m.target:
+                known = m.ci95_low is not None and m.ci95_high is not None
+                out.setdefault(m.metric, {})[label] = {
+                    "value": _finite(m.value),
+                    "ci95": [_finite(m.ci95_low), _finite(m.ci95_high)] if known else None,
+                    "unit": m.unit,
+                }
+    return out
+
+
+def _joined(tables: Mapping[str, Table]) -> Table:
+    """Put the tables of several labels under each other; a column that one of them lacks is null there."""
+    names = list(dict.fromkeys(name for table in tables.values() for name in table.names))
+    labels = [label for label, table in tables.items() for _ in range(len(table))]
+    columns: dict[str, Column] = {"label": labels}
+    for name in names:
+        parts = [(table.columns.get(name), len(table)) for table in tables.values()]
+        if all(part is None or _is_numeric(part) for part, _ in parts):
+            columns[name] = np.concatenate([np.full(n, np.nan) if p is None else np.asarray(p) for p, n in parts])
+        else:
+            columns[name] = [v for p, n in parts for v in ([None] * n if p is None else p)]
+    return Table(columns)
+
+
+def _stored(name: str, table: Table) -> outcomes.StoredTable:
+    kinds = {"f": "number", "i": "integer", "u": "integer", "b": "boolean"}
+    columns = [
+        (column, kinds[values.dtype.kind] if _is_numeric(values) else "text")  # type: ignore[union-attr]
+        for column, values in table.columns.items()
+    ]
+    return outcomes.StoredTable(name, columns, [_finite(list(row)) for row in table.rows()])
+
+
+def _table(stored: outcomes.StoredTable) -> Table:
+    dtypes: dict[str, type] = {"number": np.float64, "integer": np.int64, "boolean": np.bool_}
+    columns: dict[str, Column] = {}
+    for at, (name, kind) in enumerate(stored.columns):
+        values = [row[at] for row in stored.rows]
+        columns[name] = values if kind == "text" else np.array(values, dtypes[kind])
+    return Table(columns)
+
+
+def _no_rows(table: Table) -> Table:
+    return Table({name: column[:0] for name, column in table.columns.items()})
+
+
+def _is_numeric(column: Column) -> bool:
+    return isinstance(column, np.ndarray) and column.dtype.kind in "fiub"
+
+
+def _finite(value: Any) -> Any:
+    """Return plain JSON values; NaN and infinities, which JSON lacks, become None."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(k): _finite(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return _finite(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    return value
