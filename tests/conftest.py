@@ -1,0 +1,37 @@
+"""What every kind of test shares: one hypothesis profile, the tools that scripts/test fetched, and two paths."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+ROOT = Path(__file__).parent.parent
+
+# Derandomised: a red test is red for everybody. Deadlines would measure the machine, not the code.
+settings.register_profile("filterroom", derandomize=True, deadline=None, max_examples=50)
+settings.load_profile("filterroom")
+
+# A browser and a node that scripts/test had to fetch are found by a plain `pytest` as well.
+os.environ["PATH"] = os.pathsep.join([str(ROOT / ".tools" / "bin"), os.environ["PATH"]])
+if (node := shutil.which("node")) is not None:
+    # Playwright's own node needs a library (libatomic) that a minimal Debian does not have.
+    os.environ.setdefault("PLAYWRIGHT_NODEJS_PATH", node)
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """The root of the checkout."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Real recordings beside the checkout; not everybody has them."""
+    folder = ROOT.parent / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip("the folder ../shared/data with real recordings is not beside this checkout")
+    return folder
