@@ -1,0 +1,189 @@
+"""The plane seen from above: what both plans share. Stations, true paths, measured plots, unit and first view."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from algorithms.recording import PolarPlots, Recording
+from algorithms.site import Site
+from backend.charts import theme
+from backend.charts.columns import Floats
+from backend.charts.decimate import Picked, curve, thin
+from backend.charts.figure import ChartNote, Trace, axis, figure, hover, not_applicable, thousands, trace
+from backend.charts.plots import plot_positions
+from backend.charts.view import ChartOptions, Figure
+
+# Names are written beside so many stations; more would cover each other and stand in the hover alone.
+NAMED_STATIONS = 40
+KILOMETRES_FROM_M = 3000.0
+# The first view holds what lies within three spans of the middle 90 % of the points; the rest is counted.
+VIEW_SPANS = 3.0
+# In a hover: where the point is, in the unit that `Plane.draw` settles on, and which mark it stands for.
+PLACE = "PLACE"
+MARK = "%{text:.3f} s, row %{customdata}"
+
+
+@dataclass
+class Plane:
+    """Collects traces in metres, then gives them one unit and finds the first view."""
+
+    recording: Recording
+    options: ChartOptions
+    traces: list[Trace] = field(default_factory=list)
+    picked: list[Picked] = field(default_factory=list)
+    notes: list[ChartNote] = field(default_factory=list)
+
+    def add_truth(self) -> None:
+        """True paths: one broken line for all targets."""
+        recording = self.recording
+        if not recording.has_truth:
+            return
+        order = np.lexsort((recording.time_s, recording.target))
+        target, time = recording.target[order], recording.time_s[order]
+        starts = np.append(True, target[1:] != target[:-1])
+        east, north = recording.truth_m[order, 0], recording.truth_m[order, 1]
+        points = curve(time, (east, north), starts, self.options.curve_points)
+        self.picked.append(points)
+        names = np.array(recording.targets, object)[target]
+        self.traces.append(
+            trace(
+                "truth",
+                points.take(east),
+                points.take(north),
+                name="true path",
+                # A target seen once has no line.
+                mode="lines+markers" if points.shown <= self.options.points else "lines",
+                line={"color": theme.TRUTH, "width": 1, "dash": "dash"},
+                marker={"color": theme.TRUTH, "size": 2.5},
+                customdata=points.take(recording.row[order]),
+                text=points.take(time),
+                **hover(points, "true position", f"{PLACE}<br>{MARK}", [("target", names)]),
+            )
+        )
+
+    def add_plots(self) -> None:
+        """Plots of radars as grey points."""
+        if not isinstance(self.recording, PolarPlots):
+            return
+        where = plot_positions(self.recording)
+        points = thin(np.flatnonzero(np.isfinite(where.east_m + where.north_m)), self.options.marks)
+        self.picked.append(points)
+        self.traces.append(
+            trace(
+                "measurement",
+                points.take(where.east_m),
+                points.take(where.north_m),
+                name="plot",
+                mode="markers",
+                marker={"color": theme.MEASUREMENT, "size": 4},
+                customdata=points.take(self.recording.row),
+                text=points.take(self.recording.time_s),
+                **hover(points, "plot", f"{PLACE}<br>{MARK}"),
+            )
+        )
+        if where.slant_as_ground:
+            count = thousands(where.slant_as_ground)
+            text = f"{count} slant ranges have neither elevation nor altitude and are drawn as ground ranges."
+            self.notes.append(ChartNote("slant_as_ground", text))
+        if where.radar_at_origin:
+            text = "The site does not name every radar; its plots are drawn around the origin."
+            self.notes.append(ChartNote("radar_at_origin", text))
+
+    def add_stations(self, receptions: Mapping[str, int] | None = None) -> None:
+        """Stations, radars and terminals; the area of a station's marker stands for its receptions."""
+        if self.recording.site is None:
+            return
+        positions, names, words = _places(self.recording.site)
+        if not names:
+            return
+        size: Any = 9
+        if receptions and max(receptions.values()) > 0:
+            got = np.array([receptions.get(name, 0) for name in names], float)
+            # A station that received nothing stays visible.
+            size = (5 + 15 * np.sqrt(got / got.max())).astype(np.float32) if got.max() > 0 else 5
+            counts = [thousands(receptions.get(name, 0)) for name in names]
+            words = [f"{word}<br>{count} receptions" for word, count in zip(words, counts, strict=True)]
+        self.traces.append(
+            trace(
+                "station",
+                positions[:, 0],
+                positions[:, 1],
+                name="station",
+                mode="markers+text" if len(names) <= NAMED_STATIONS else "markers",
+                text=names,
+                hovertext=words,
+                textposition="top center",
+                textfont={"size": 11, "color": theme.STATION},
+                marker={
+                    "symbol": "triangle-up",
+                    "size": size,
+                    "color": theme.STATION,
+                    "line": {"color": theme.SURFACE, "width": 1},
+                },
+                hovertemplate=f"%{{hovertext}}<br>{PLACE}<extra></extra>",
+            )
+        )
+
+    def draw(self, title: str) -> Figure:
+        """Scale every trace to one unit and put the figure together."""
+        # Outlines of errors do not decide what is shown: a claim of 500 km would hide the tracks.
+        shown = [t for t in self.traces if t["meta"]["role"] != "interval"]
+        if not any(np.isfinite(t["x"]).any() for t in shown):
+            return not_applicable(title, "no_position", self.recording)
+        east, north = (np.concatenate([np.asarray(t[key], np.float64) for t in shown]) for key in "xy")
+        finite = np.isfinite(east) & np.isfinite(north)
+        east, north = east[finite], north[finite]
+        view = _view(east), _view(north)
+        inside = np.ones(east.size, bool)
+        for values, (low, high) in zip((east, north), view, strict=True):
+            inside &= (values >= low) & (values <= high)
+        if not inside.all():
+            outside = f"{thousands(int((~inside).sum()))} of {thousands(inside.size)} points"
+            text = f"{outside} lie outside the first view; a double click shows them."
+            self.notes.append(ChartNote("outside_view", text))
+        in_km = max(high - low for low, high in view) >= KILOMETRES_FROM_M
+        scale, unit, digits = (1e-3, "km", 3) if in_km else (1.0, "m", 1)
+        place = f"%{{x:.{digits}f}} {unit} east, %{{y:.{digits}f}} {unit} north"
+        for t in self.traces:
+            t["x"] = self.options.number(np.asarray(t["x"]) * scale)
+            t["y"] = self.options.number(np.asarray(t["y"]) * scale)
+            if "hovertemplate" in t:
+                t["hovertemplate"] = t["hovertemplate"].replace(PLACE, place)
+        x_range, y_range = ([low * scale, high * scale] for low, high in view)
+        return figure(
+            title,
+            self.traces,
+            recording=self.recording,
+            picked=self.picked,
+            notes=self.notes,
+            xaxis=axis(f"East, {unit}", range=x_range, constrain="domain"),
+            yaxis=axis(f"North, {unit}", range=y_range, scaleanchor="x", scaleratio=1, constrain="domain"),
+            dragmode="pan",
+        )
+
+
+def _view(values: Floats) -> tuple[float, float]:
+    low, middle, high = np.percentile(values, (5, 50, 95))
+    near = values[np.abs(values - middle) <= VIEW_SPANS * max(high - low, 1.0)]
+    low, high = float(near.min()), float(near.max())
+    margin = max(0.05 * (high - low), 50.0)
+    return low - margin, high + margin
+
+
+def _places(site: Site) -> tuple[Floats, list[str], list[str]]:
+    """Positions of everything on the site, names, and names with what they name."""
+    groups = (
+        ("station", site.stations, site.station_positions),
+        ("radar", site.radars, site.radar_positions),
+        ("terminal", (*site.transmitters, *site.receivers), site.terminal_positions),
+    )
+    present = [(word, places, positions()) for word, places, positions in groups if places]
+    if not present:
+        return np.empty((0, 3)), [], []
+    names = [place.name for _, places, _ in present for place in places]
+    words = [f"{word} {place.name}" for word, places, _ in present for place in places]
+    return np.vstack([positions for _, _, positions in present]), names, words

@@ -1,0 +1,188 @@
+"""Horizontal error of a run: what each algorithm claims (DRMS) and, where the truth is known, what it really is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from backend.charts.bins import TimeBins, time_bins
+from backend.charts.columns import Floats, Ints, numbers, row_numbers
+from backend.charts.decimate import Picked, curve, thin
+from backend.charts.estimates import Estimates, estimates_of
+from backend.charts.figure import (
+    ChartNote,
+    Trace,
+    figure,
+    hover,
+    line_of,
+    log_axis,
+    marker_of,
+    not_applicable,
+    thousands,
+    time_axis,
+    trace,
+)
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
+
+TITLE = "Horizontal error: claimed and actual"
+# Up to so many tracks each has its own curve; more are summed up in bins of time.
+CURVES = 8
+MARK = "%{x:.3f} s, row %{customdata}"
+
+
+def draw(view: RunView, options: ChartOptions) -> Figure:
+    """Draw claimed errors as lines, actual ones as points, and say how often the claim held."""
+    bins = time_bins(view.recording.time_s)
+    traces: list[Trace] = []
+    picked: list[Picked] = []
+    notes: list[ChartNote] = []
+    found = [(entry, estimates_of(entry)) for entry in view.entries]
+    claimed = {entry.label: states.numbers("drms_m") for entry, states in found}
+    if not any((values > 0).any() for values in claimed.values()):
+        return not_applicable(TITLE, "no_covariance", view.recording)
+    in_bins = any(np.count_nonzero(states.starts) > CURVES for _, states in found)
+    for entry, states in found:
+        actual = _actual(entry, states)
+        _add_actual(entry, states, actual, options, traces, picked, notes)
+        if in_bins:
+            _add_bins(entry, states, claimed[entry.label], actual, bins, traces)
+        else:
+            _add_claim(entry, states, claimed[entry.label], options, traces, picked)
+        notes += _honesty(entry, claimed[entry.label], actual)
+    if in_bins:
+        text = f"Lines and large symbols: root mean squares of {bins.width_s:g} s; small points: single marks."
+        notes.append(ChartNote("rms_in_bins", text))
+    if not view.recording.has_truth:
+        notes.append(ChartNote("no_truth", "No truth in this recording: only the claimed error is known."))
+    return figure(
+        TITLE,
+        traces,
+        recording=view.recording,
+        picked=picked,
+        notes=notes,
+        xaxis=time_axis(view.recording),
+        yaxis=log_axis("Horizontal error, m"),
+    )
+
+
+def _actual(entry: Entry, states: Estimates) -> Floats:
+    """Actual horizontal error of each estimate, joined by row number and trial; NaN where unknown."""
+    table = entry.table("errors")
+    out = np.full(states.time_s.size, np.nan)
+    if len(table) == 0:
+        return out
+    have = _keys(row_numbers(table), numbers(table, "trial"))
+    order = np.argsort(have)
+    want = _keys(states.row, states.numbers("trial"))
+    at = np.searchsorted(have[order], want).clip(max=have.size - 1)
+    matched = (have[order][at] == want) & (states.row >= 0)
+    out[matched] = numbers(table, "error_horizontal_m")[order][at[matched]]
+    return out
+
+
+def _keys(row: Ints, trial: Floats) -> Ints:
+    return np.nan_to_num(trial, nan=0.0).astype(np.int64) * 2**40 + row
+
+
+def _add_claim(
+    entry: Entry,
+    states: Estimates,
+    claimed: Floats,
+    options: ChartOptions,
+    traces: list[Trace],
+    picked: list[Picked],
+) -> None:
+    values = np.where(claimed > 0, claimed, np.nan)
+    points = curve(states.time_s, (np.log(values),), states.starts, options.curve_points)
+    picked.append(points)
+    traces.append(
+        trace(
+            "series",
+            points.take(states.time_s),
+            options.number(points.take(values)),
+            entry=entry,
+            name=f"{entry.label}, claimed",
+            mode="lines",
+            line=line_of(entry, 2),
+            customdata=points.take(states.row),
+            **hover(points, f"{entry.label}, claimed", f"%{{y:.3~s}} m<br>{MARK}", [("track", states.words("track"))]),
+        )
+    )
+
+
+def _add_actual(
+    entry: Entry,
+    states: Estimates,
+    actual: Floats,
+    options: ChartOptions,
+    traces: list[Trace],
+    picked: list[Picked],
+    notes: list[ChartNote],
+) -> None:
+    zero = int((actual == 0).sum())
+    if zero:
+        text = f"{thousands(zero)} errors of exactly 0 m have no place on a logarithmic axis."
+        notes.append(ChartNote("zero_on_log_axis", text, entry.label))
+    points = thin(np.flatnonzero(actual > 0), options.marks)
+    picked.append(points)
+    if points.of == 0:
+        return
+    traces.append(
+        trace(
+            "series",
+            points.take(states.time_s),
+            options.number(points.take(actual)),
+            entry=entry,
+            name=f"{entry.label}, actual",
+            mode="markers",
+            marker=marker_of(entry, size=3.5, opacity=0.45),
+            customdata=points.take(states.row),
+            **hover(points, f"{entry.label}, actual", f"%{{y:.3~s}} m<br>{MARK}", [("target", states.words("target"))]),
+        )
+    )
+
+
+def _add_bins(
+    entry: Entry, states: Estimates, claimed: Floats, actual: Floats, bins: TimeBins, traces: list[Trace]
+) -> None:
+    """Root mean squares in bins of time: the claim as a line, what really was as large symbols."""
+    for name, values in (("claimed", claimed), ("actual", actual)):
+        known = np.isfinite(values)
+        n, total = bins.sums(states.time_s[known], values[known] ** 2)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            rms = np.where(total > 0, np.sqrt(total / n), np.nan)
+        if not np.isfinite(rms).any():
+            continue
+        look = (
+            {"mode": "lines+markers", "line": line_of(entry, 2), "marker": marker_of(entry, size=3)}
+            if name == "claimed"
+            else {"mode": "markers", "marker": marker_of(entry, size=8)}
+        )
+        traces.append(
+            trace(
+                "series",
+                bins.centres,
+                rms,
+                entry=entry,
+                name=f"{entry.label}, {name} (rms)",
+                text=n,
+                hovertemplate=f"<b>{entry.label}, {name}</b><br>rms %{{y:.3~s}} m of %{{text}} marks<br>"
+                f"{bins.width_s:g} s around %{{x:.5~g}} s<extra></extra>",
+                **look,
+            )
+        )
+
+
+def _honesty(entry: Entry, claimed: Floats, actual: Floats) -> list[ChartNote]:
+    """How often the actual error stays below the claimed DRMS: 63 % for a round, 68 % for a flat Gaussian error."""
+    known = np.isfinite(claimed) & np.isfinite(actual)
+    if not known.any():
+        return []
+    share = float((actual[known] <= claimed[known]).mean())
+    text = (
+        f"The actual error is below the claimed one at {100 * share:.0f} % of {thousands(int(known.sum()))} marks "
+        "(63 to 68 % when the claim is right)."
+    )
+    return [ChartNote("claim_held", text, entry.label)]
+
+
+CHART = Chart(name="drms", title=TITLE, source="run", needs=("states", "errors"), draw=draw)

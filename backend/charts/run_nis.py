@@ -1,0 +1,233 @@
+"""Normalised innovation squared of each mark, with its 95 % chi-square band.
+
+Where the number of degrees of freedom changes from mark to mark, NIS has no common band. Then NIS is divided by its
+degrees of freedom, so that 1 is expected everywhere, and the limits of each number of degrees of freedom are drawn as
+labelled lines. Marks inside their own band are faint, those outside are strong. The strong line is the mean in bins
+of time, which is what tells an optimistic filter from an honest one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from backend.charts import theme
+from backend.charts.bins import TimeBins, time_bins
+from backend.charts.chi_square import chi_square_band
+from backend.charts.columns import Floats, Ints
+from backend.charts.decimate import Picked, thin
+from backend.charts.estimates import Estimates, estimates_of
+from backend.charts.figure import (
+    ChartNote,
+    Trace,
+    figure,
+    hollow_marker_of,
+    hover,
+    line_of,
+    log_axis,
+    marker_of,
+    not_applicable,
+    thousands,
+    time_axis,
+    trace,
+)
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
+
+TITLE = "Innovations (NIS)"
+MARK = "%{x:.3f} s, row %{customdata}"
+# Marks of these statuses entered the estimate, but not as the model foresees.
+DOUBTED = ("downweighted", "ambiguous", "reinitialised")
+
+
+@dataclass(frozen=True)
+class Innovations:
+    """NIS and degrees of freedom of an entry's marks, where both are known (positions in `states`)."""
+
+    entry: Entry
+    states: Estimates
+    known: Ints
+    nis: Floats
+    dof: Floats
+    inside: NDArray[np.bool_]
+
+
+def draw(view: RunView, options: ChartOptions) -> Figure:
+    """Draw NIS (of one number of degrees of freedom) or NIS over its degrees of freedom (of several)."""
+    found = [_innovations(entry) for entry in view.entries]
+    dofs = np.unique(np.concatenate([i.dof for i in found])) if found else np.empty(0)
+    if dofs.size == 0:
+        return not_applicable(TITLE, "no_nis", view.recording)
+    by_dof = dofs.size > 1
+    bins = time_bins(view.recording.time_s)
+    traces, labels = _limits(dofs, by_dof, view.recording.time_s)
+    notes: list[ChartNote] = []
+    picked: list[Picked] = []
+    for innovations in found:
+        if innovations.known.size:
+            _add_marks(innovations, by_dof, options, traces, picked, notes)
+    for innovations in found:
+        if innovations.known.size:
+            traces.append(_means(innovations, by_dof, bins))
+            notes.append(_share_inside(innovations))
+    if by_dof:
+        notes.append(ChartNote("nis_over_dof", "Degrees of freedom differ between marks: NIS is divided by them."))
+    return figure(
+        TITLE,
+        traces,
+        recording=view.recording,
+        picked=picked,
+        notes=notes,
+        xaxis=time_axis(view.recording),
+        yaxis=log_axis("NIS / degrees of freedom, 1" if by_dof else f"NIS ({dofs[0]:g} degrees of freedom), 1"),
+        annotations=labels,
+    )
+
+
+def _innovations(entry: Entry) -> Innovations:
+    states = estimates_of(entry)
+    nis, dof = states.numbers("nis"), states.numbers("dof")
+    known = np.flatnonzero(np.isfinite(nis) & (dof > 0))
+    nis, dof = nis[known], dof[known]
+    low, high = chi_square_band(dof)
+    return Innovations(entry, states, known, nis, dof, (nis >= low) & (nis <= high))
+
+
+def _limits(dofs: Floats, by_dof: bool, time_s: Floats) -> tuple[list[Trace], list[dict[str, Any]]]:
+    """Limits of the 95 % band of each number of degrees of freedom, labelled on the line; the expected value."""
+    finite = time_s[np.isfinite(time_s)]
+    ends = np.array([finite.min(), finite.max()]) if finite.size else np.zeros(2)
+    scale = dofs if by_dof else np.ones(dofs.size)
+    low, high = (limit / scale for limit in chi_square_band(dofs))
+    expected = 1.0 if by_dof else float(dofs[0])
+    line = {"color": theme.BOUND, "dash": "dot", "width": 1}
+    traces = [
+        trace(
+            "bound",
+            np.concatenate([[*ends, np.nan] for _ in dofs]),
+            np.concatenate([[limit, limit, np.nan] for limit in side]),
+            name="95 % band",
+            mode="lines",
+            line=line,
+            showlegend=side is high,
+        )
+        for side in (low, high)
+    ]
+    traces.append(
+        trace(
+            "bound",
+            ends,
+            np.full(2, expected),
+            name="expected",
+            mode="lines",
+            line={"color": theme.BOUND, "width": 1},
+            showlegend=False,
+        )
+    )
+    # Upper limits lie within a factor of two of each other: one label stands for the outermost of them.
+    named = [(float(low[i]), f"2.5 %, {dof:g} dof") for i, dof in enumerate(dofs)]
+    spread = f"{dofs[-1]:g} to {dofs[0]:g} dof" if by_dof else f"{dofs[0]:g} dof"
+    named.append((float(high.max()), f"97.5 %, {spread}"))
+    named.append((expected, "expected"))
+    labels = [
+        {
+            "x": 1,
+            "xref": "paper",
+            "xanchor": "right",
+            # On a logarithmic axis an annotation's place is the exponent.
+            "y": float(np.log10(value)),
+            "yanchor": "bottom",
+            "text": text,
+            "showarrow": False,
+            "font": {"size": 10, "color": theme.BOUND},
+        }
+        for value, text in named
+    ]
+    return traces, labels
+
+
+def _add_marks(
+    innovations: Innovations,
+    by_dof: bool,
+    options: ChartOptions,
+    traces: list[Trace],
+    picked: list[Picked],
+    notes: list[ChartNote],
+) -> None:
+    """Marks inside their band faint, outside strong, doubted or not used ones hollow."""
+    entry, states = innovations.entry, innovations.states
+    value = innovations.nis / innovations.dof if by_dof else innovations.nis
+    zero = int((value <= 0).sum())
+    if zero:
+        text = f"{thousands(zero)} NIS of exactly 0 have no place on a logarithmic axis."
+        notes.append(ChartNote("zero_on_log_axis", text, entry.label))
+    status = states.words("status")[innovations.known]
+    hollow = ~states.used[innovations.known] | np.isin(status, DOUBTED)
+    reason = states.at_rows(entry.table("decisions"), "reason")[innovations.known]
+    row, time = states.row[innovations.known], states.time_s[innovations.known]
+    dof = np.array([f"{d:g}" for d in innovations.dof], object)
+    words = [("dof", dof), ("", status), ("", reason), ("target", states.words("target")[innovations.known])]
+    looks: tuple[tuple[str, NDArray[np.bool_], dict[str, Any]], ...] = (
+        ("inside the band", innovations.inside & ~hollow, marker_of(entry, size=3.5, opacity=0.25)),
+        ("outside the band", ~innovations.inside & ~hollow, marker_of(entry, size=4, opacity=0.8)),
+        ("doubted or not used", hollow, hollow_marker_of(entry)),
+    )
+    for what, chosen, marker in looks:
+        points = thin(np.flatnonzero(chosen & (value > 0)), options.marks)
+        picked.append(points)
+        if points.of == 0:
+            continue
+        traces.append(
+            trace(
+                "rejected" if chosen is hollow else "series",
+                points.take(time),
+                options.number(points.take(value)),
+                entry=entry,
+                name=f"{entry.label}, {what}",
+                showlegend=False,
+                mode="markers",
+                marker=marker,
+                customdata=points.take(row),
+                **hover(points, f"{entry.label}, {what}", f"%{{y:.3~g}}<br>{MARK}", words),
+            )
+        )
+
+
+def _means(innovations: Innovations, by_dof: bool, bins: TimeBins) -> Trace:
+    """Mean in bins of time: the sum of NIS over the sum of degrees of freedom, with the band of that sum in hovers."""
+    entry = innovations.entry
+    time = innovations.states.time_s[innovations.known]
+    n, nis = bins.sums(time, innovations.nis)
+    _, dof = bins.sums(time, innovations.dof)
+    enough = dof > 0
+    low, high, mean = (np.full(n.size, np.nan) for _ in range(3))
+    scale = dof[enough] if by_dof else n[enough]
+    mean[enough] = nis[enough] / scale
+    low[enough], high[enough] = (limit / scale for limit in chi_square_band(dof[enough]))
+    return trace(
+        "series",
+        bins.centres,
+        np.where(mean > 0, mean, np.nan),
+        entry=entry,
+        name=entry.label,
+        mode="lines+markers",
+        line=line_of(entry, 2),
+        marker=marker_of(entry, size=5),
+        hovertext=[
+            f"mean of {int(k)} marks, 95 % band {a:.3g} to {b:.3g}" if k else ""
+            for k, a, b in zip(n, low, high, strict=True)
+        ],
+        hovertemplate=f"<b>{entry.label}</b><br>%{{y:.3~g}}<br>%{{hovertext}}<br>{bins.width_s:g} s around "
+        "%{x:.5~g} s<extra></extra>",
+    )
+
+
+def _share_inside(innovations: Innovations) -> ChartNote:
+    share = 100 * float(innovations.inside.mean())
+    text = f"{share:.1f} % of {thousands(innovations.known.size)} marks lie inside their own 95 % band."
+    return ChartNote("share_inside", text, innovations.entry.label)
+
+
+CHART = Chart(name="nis", title=TITLE, source="run", needs=("states", "decisions"), draw=draw)

@@ -1,0 +1,148 @@
+"""Plan of a run: stations, true paths, each algorithm's tracks, 95 % error ellipses, marks that were not used."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from backend.charts import theme
+from backend.charts.decimate import Picked, curve, thin
+from backend.charts.ellipse import error_ellipses
+from backend.charts.estimates import Estimates, estimates_of
+from backend.charts.figure import (
+    ChartNote,
+    hollow_marker_of,
+    hover,
+    line_of,
+    marker_of,
+    not_applicable,
+    thousands,
+    trace,
+)
+from backend.charts.plane import MARK, PLACE, Plane
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
+
+TITLE = "Plan"
+# Ellipses of all entries together: more cover the tracks.
+ELLIPSES = 60
+
+
+def draw(view: RunView, options: ChartOptions) -> Figure:
+    """Draw the plan."""
+    plane = Plane(view.recording, options)
+    plane.add_plots()
+    plane.add_truth()
+    found = [(entry, estimates_of(entry)) for entry in view.entries]
+    for entry, states in found:
+        _add_ellipses(plane, entry, states, ELLIPSES // len(found))
+    for entry, states in found:
+        _add_tracks(plane, entry, states, options)
+    for entry, states in found:
+        _add_unused(plane, entry, states)
+    plane.add_stations()
+    if not any(len(states.table) for _, states in found):
+        return not_applicable(TITLE, "no_states", view.recording)
+    return plane.draw(TITLE)
+
+
+def _add_tracks(plane: Plane, entry: Entry, states: Estimates, options: ChartOptions) -> None:
+    """Lines with a marker at every estimate; crowded tracks keep their line alone, crowded fixes every k-th point."""
+    east, north = states.numbers("east_m"), states.numbers("north_m")
+    here = np.isfinite(east) & np.isfinite(north)
+    crowded = options.marks is not None and int(here.sum()) > options.marks
+    if states.moving:
+        points = curve(states.time_s, (east, north), states.starts, options.curve_points if crowded else None)
+        mode = "lines" if crowded else "lines+markers"
+    else:
+        points, mode = thin(np.flatnonzero(here & states.used), options.marks), "markers"
+    plane.picked.append(points)
+    if points.of == 0:
+        return
+    plane.traces.append(
+        trace(
+            "series",
+            points.take(east),
+            points.take(north),
+            entry=entry,
+            name=entry.label,
+            mode=mode,
+            line=line_of(entry),
+            marker=marker_of(entry),
+            customdata=points.take(states.row),
+            text=points.take(states.time_s),
+            **hover(
+                points,
+                entry.label,
+                f"{PLACE}<br>{MARK}",
+                [("track", states.words("track")), ("target", states.words("target")), ("", states.words("status"))],
+            ),
+        )
+    )
+
+
+def _add_unused(plane: Plane, entry: Entry, states: Estimates) -> None:
+    """Hollow markers at the estimates of marks that were not used; those without an estimate are counted."""
+    decisions = entry.table("decisions")
+    east, north = states.numbers("east_m"), states.numbers("north_m")
+    placed = np.flatnonzero(np.isfinite(east) & np.isfinite(north) & ~states.used)
+    nowhere = int((~np.isfinite(east) & ~states.used).sum())
+    if nowhere:
+        text = f"{thousands(nowhere)} marks gave no estimate and have no place in the plan; the decisions list them."
+        plane.notes.append(ChartNote("not_drawn", text, entry.label))
+    if placed.size == 0:
+        return
+    points = Picked(placed, int(placed.size), int(placed.size))
+    reason = states.at_rows(decisions, "reason")
+    plane.traces.append(
+        trace(
+            "rejected",
+            points.take(east),
+            points.take(north),
+            entry=entry,
+            name=f"{entry.label}, not used",
+            showlegend=False,
+            mode="markers",
+            marker=hollow_marker_of(entry),
+            customdata=points.take(states.row),
+            text=points.take(states.time_s),
+            **hover(
+                points,
+                f"{entry.label}, not used",
+                f"{PLACE}<br>{MARK}",
+                [("", states.words("status")), ("", reason), ("target", states.words("target"))],
+            ),
+        )
+    )
+
+
+def _add_ellipses(plane: Plane, entry: Entry, states: Estimates, most: int) -> None:
+    """95 % regions at instants spread evenly over the entry's estimates."""
+    columns = ("east_m", "north_m", "sigma_east_m", "sigma_north_m", "covariance_east_north_m2")
+    values = [states.numbers(name) for name in columns]
+    known = np.flatnonzero(np.isfinite(np.stack(values)).all(axis=0) & states.used)
+    if known.size == 0:
+        return
+    count = min(known.size, max(most, 1))
+    chosen = known[np.unique(np.linspace(0, known.size - 1, count).round().astype(np.int64))]
+    east, north = error_ellipses(*(value[chosen] for value in values))
+    color = theme.series_color(entry.index)
+    plane.traces.append(
+        trace(
+            "interval",
+            east,
+            north,
+            entry=entry,
+            name=f"{entry.label}, 95 % error ellipses",
+            showlegend=False,
+            mode="lines",
+            line={"color": color, "width": 0.7},
+            fill="toself",
+            fillcolor=theme.faint(color, theme.INTERVAL_OPACITY),
+            hoverinfo="skip",
+        )
+    )
+    if count < known.size:
+        text = f"95 % error ellipses at {count} of {thousands(int(known.size))} estimates."
+        plane.notes.append(ChartNote("ellipses", text, entry.label))
+
+
+CHART = Chart(name="plan", title=TITLE, source="run", needs=("states", "decisions"), draw=draw)

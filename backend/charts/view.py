@@ -1,0 +1,107 @@
+"""What a chart is given, and what a chart declares about itself.
+
+To add a chart, write one module in this package with a constant `CHART`. Its `draw(view, options)` returns a Plotly
+figure as a plain dictionary whose numbers are NumPy arrays; `backend.charts.figure` has the parts it is made of. A
+chart never fails for want of data: it returns a figure that says why it is empty (`figure.not_applicable`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.recording import Kind, Recording
+from algorithms.result import Table
+
+Figure = dict[str, Any]
+Source = Literal["run", "recording"]
+
+# A mark is drawn as a point of its own up to this many times `points`; beyond, every k-th one is drawn.
+MARKS_PER_POINT = 10
+
+
+@dataclass(frozen=True)
+class ChartOptions:
+    """How much to draw: `points` for each curve; `full` = everything, in double precision."""
+
+    points: int = 2000
+    full: bool = False
+
+    @property
+    def curve_points(self) -> int | None:
+        """Most points of one entry's curve, None = all."""
+        return None if self.full else self.points
+
+    @property
+    def marks(self) -> int | None:
+        """Most points of one entry that stand for marks, None = all."""
+        return None if self.full else self.points * MARKS_PER_POINT
+
+    def number(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values for drawing: 4 bytes each (8 mm at 100 km), or as they are where `full` is asked for."""
+        return values if self.full else values.astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One algorithm of a run: its label, its place among the entries (colour and dash), its result on demand.
+
+    `table(name)` gives the entry's rows alone; an unknown name gives a table without columns.
+    """
+
+    label: str
+    index: int
+    algorithm: str
+    table: Callable[[str], Table]
+    arrays: Callable[[], Mapping[str, NDArray[Any]]]
+
+
+@dataclass(frozen=True)
+class RunView:
+    """What the charts of a run see; entries may come from several runs over one recording."""
+
+    recording: Recording
+    entries: tuple[Entry, ...]
+
+
+@dataclass(frozen=True)
+class RecordingView:
+    """What the charts of a recording see."""
+
+    recording: Recording
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A named chart: what it is drawn from, the tables it reads, the kinds of recording it is for (empty = all)."""
+
+    name: str
+    title: str
+    source: Source
+    needs: tuple[str, ...]
+    draw: Callable[[Any, ChartOptions], Figure]
+    kinds: tuple[Kind, ...] = ()
+
+    def takes(self, kind: Kind) -> bool:
+        """Whether the chart has anything to say about recordings of this kind."""
+        return not self.kinds or kind in self.kinds
+
+
+def rows_of_label(table: Table, label: str) -> Table:
+    """One entry's rows of a table that holds the rows of all entries, without the column `label`."""
+    if "label" not in table.columns:
+        return table
+    labels = table.columns["label"]
+    chosen = np.fromiter((value == label for value in labels), bool, len(labels))
+    positions = np.flatnonzero(chosen)
+    return Table(
+        {
+            name: column[positions] if isinstance(column, np.ndarray) else [column[i] for i in positions.tolist()]
+            for name, column in table.columns.items()
+            if name != "label"
+        }
+    )
