@@ -1,0 +1,161 @@
+// @ts-check
+// The algorithms of a run that is being composed: which, under which labels, with which parameters. The same
+// algorithm may stand there several times.
+
+import { define, h, put } from "../js/dom.js";
+import { icon } from "../js/icons.js";
+import { t } from "../js/i18n.js";
+import { swatch } from "../js/palette.js";
+import "./parameter-form.js";
+
+/** @import { Algorithm, RunEntry, Site } from "../types.d.ts" */
+/** @import { ParameterForm } from "./parameter-form.js" */
+
+/** @typedef {{algorithm: Algorithm, label: string, form: ParameterForm, open: boolean}} Entry */
+
+export class AlgorithmEntries extends HTMLElement {
+  /** @type {Algorithm[]} */
+  algorithms = [];
+  /** @type {Site | null} */
+  site = null;
+  /** @type {string | null} */
+  kind = null;
+  onchanged = () => {};
+  /** @type {Entry[]} */
+  entries = [];
+
+  connectedCallback() {
+    this.list = h("div");
+    this.adder = h("div");
+    put(this, this.adder, this.list);
+    this.draw();
+  }
+
+  /** @param {RunEntry[]} entries those whose algorithm is not known are left out and given back */
+  setEntries(entries) {
+    this.entries = [];
+    const unknown = [];
+    for (const { name, label, parameters } of entries) {
+      const algorithm = this.algorithms.find((one) => one.name === name);
+      if (algorithm) this.push(algorithm, label && label !== name ? label : "", parameters ?? {});
+      else unknown.push(name);
+    }
+    this.draw();
+    return unknown;
+  }
+
+  /**
+   * @param {Site | null} site
+   * @param {string | null} kind
+   */
+  setSource(site, kind) {
+    this.site = site;
+    this.kind = kind;
+    for (const entry of this.entries) entry.form.setSite(site);
+    this.draw();
+  }
+
+  /** The entries as they would be sent. @returns {{entries: RunEntry[], wrong: boolean}} */
+  read() {
+    let wrong = false;
+    const entries = this.entries.map(({ algorithm, label, form }) => {
+      const read = form.read();
+      if (read.wrong.length) wrong = true;
+      /** @type {RunEntry} */
+      const entry = { name: algorithm.name };
+      if (label.trim()) entry.label = label.trim();
+      if (Object.keys(read.parameters).length) entry.parameters = read.parameters;
+      return entry;
+    });
+    return { entries, wrong };
+  }
+
+  /** @param {Map<number, Map<string, string>>} errors by entry and field */
+  setErrors(errors) {
+    this.errors = errors;
+    this.entries.forEach((entry, i) => {
+      const own = errors.get(i);
+      if (own) entry.open = true;
+    });
+    this.draw();
+    this.entries.forEach((entry, i) => entry.form.setErrors(new Map(errors.get(i) ?? [])));
+  }
+
+  /**
+   * @param {Algorithm} algorithm
+   * @param {string} label
+   * @param {Record<string, unknown>} parameters
+   */
+  push(algorithm, label, parameters) {
+    const form = /** @type {ParameterForm} */ (document.createElement("parameter-form"));
+    form.schema = algorithm.parameters_schema;
+    form.site = this.site;
+    form.setParameters(parameters);
+    form.onchanged = () => this.onchanged();
+    this.entries.push({ algorithm, label, form, open: this.entries.length === 0 || Object.keys(parameters).length > 0 });
+  }
+
+  /** @param {Algorithm} algorithm */
+  add(algorithm) {
+    const again = this.entries.filter((entry) => entry.algorithm === algorithm).length;
+    this.push(algorithm, again ? `${algorithm.name} ${again + 1}` : "", {});
+    const last = this.entries[this.entries.length - 1];
+    if (last) last.open = true;
+    this.draw();
+    this.onchanged();
+  }
+
+  /** @param {Entry} entry */
+  drop(entry) {
+    this.entries = this.entries.filter((one) => one !== entry);
+    this.errors = undefined;
+    this.draw();
+    this.onchanged();
+  }
+
+  draw() {
+    if (!this.list || !this.adder) return;
+    const fits = this.algorithms.filter((algorithm) => !this.kind || algorithm.takes.includes(this.kind));
+    put(this.adder, h("div", { class: "row", role: "group", "aria-label": t("compose.add"), style: "margin-bottom: 8px" },
+      h("span", { class: "muted" }, t("compose.add")),
+      fits.map((algorithm) => h("button", { type: "button", title: `${algorithm.title}. ${algorithm.summary}`, data: { add: algorithm.name }, onclick: () => this.add(algorithm) }, icon("new"), algorithm.name))));
+    put(this.list, this.entries.length ? this.entries.map((entry, i) => this.card(entry, i)) : h("p", { class: "card panel-state" }, t("compose.no_algorithms")));
+  }
+
+  /**
+   * @param {Entry} entry
+   * @param {number} i
+   */
+  card(entry, i) {
+    const { algorithm } = entry;
+    const own = this.errors?.get(i);
+    const general = [own?.get(""), own?.get("label"), own?.get("name")].filter(Boolean).join(" ");
+    const misfit = this.kind && !algorithm.takes.includes(this.kind) ? t("compose.misfit", { takes: algorithm.takes.join(", ") }) : "";
+    const body = h("div", { class: "card-body", hidden: !entry.open }, entry.form);
+    const toggle = h("button", {
+      class: "plain", type: "button", "aria-expanded": String(entry.open), onclick: () => {
+        entry.open = !entry.open;
+        body.hidden = !entry.open;
+        toggle.setAttribute("aria-expanded", String(entry.open));
+        toggle.textContent = t(entry.open ? "compose.hide_form" : "compose.show_form");
+      },
+    }, t(entry.open ? "compose.hide_form" : "compose.show_form"));
+    return h("section", { class: "card entry-card", "aria-label": entry.label || algorithm.name, data: { algorithm: algorithm.name } },
+      h("div", { class: "card-head" },
+        swatch(i), h("h3", null, algorithm.name),
+        h("span", { class: "muted small clip grow" }, algorithm.title),
+        h("input", {
+          type: "text", value: entry.label, placeholder: algorithm.name, "aria-label": `${t("compose.label")}: ${algorithm.name}`, maxlength: 120, title: t("compose.label"), "aria-invalid": own?.has("label") ? "true" : null,
+          oninput: (/** @type {Event} */ event) => {
+            entry.label = /** @type {HTMLInputElement} */ (event.target).value;
+            this.onchanged();
+          },
+        }),
+        toggle,
+        h("button", { class: "plain", type: "button", title: t("compose.drop"), "aria-label": `${t("compose.drop")}: ${entry.label || algorithm.name}`, onclick: () => this.drop(entry) }, icon("close"))),
+      general || misfit ? h("p", { class: "bad small", role: "alert", style: "padding: 6px 12px 0" }, [general, misfit].filter(Boolean).join(" ")) : null,
+      body);
+  }
+}
+
+define("algorithm-entries", AlgorithmEntries);

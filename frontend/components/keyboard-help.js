@@ -1,0 +1,74 @@
+// @ts-check
+// The list of keys, opened with `?`, and the keys themselves.
+
+import { define, h, put } from "../js/dom.js";
+import { t } from "../js/i18n.js";
+import { go } from "../js/router.js";
+
+/** @import { Key } from "../js/i18n.js" */
+
+/** @type {[string[], Key][]} */
+const KEYS = [
+  [["g", "r"], "keys.runs"],
+  [["g", "d"], "keys.recordings"],
+  [["g", "a"], "keys.algorithms"],
+  [["n"], "keys.new"],
+  [["/"], "keys.filter"],
+  [["j", "k"], "keys.rows"],
+  [["Enter"], "keys.open"],
+  [["←", "→"], "keys.cursor"],
+  [["Esc"], "keys.escape"],
+  [["?"], "keys.help"],
+];
+
+/** @type {Record<string, string>} */
+const PLACES = { r: "#/runs", d: "#/recordings", a: "#/algorithms" };
+// After `g` the second key must come within this time.
+const PAIR_MS = 1500;
+
+class KeyboardHelp extends HTMLElement {
+  connectedCallback() {
+    this.className = "help";
+    this.setAttribute("popover", "auto");
+    this.setAttribute("role", "dialog");
+    this.setAttribute("aria-label", t("keys.title"));
+    put(this, h("h2", null, t("keys.title")),
+      h("dl", null, KEYS.map(([keys, text]) => [
+        h("dt", { class: "row tight" }, keys.map((key) => h("kbd", null, key))),
+        h("dd", null, t(text)),
+      ]).flat()));
+    this.stop = new AbortController();
+    document.addEventListener("keydown", (event) => this.onKey(event), { signal: this.stop.signal });
+  }
+
+  disconnectedCallback() {
+    this.stop?.abort();
+  }
+
+  /** @param {KeyboardEvent} event */
+  onKey(event) {
+    const target = /** @type {HTMLElement} */ (event.target);
+    const typing = target.matches?.("input:not([type=checkbox], [type=radio]), textarea, select");
+    if (event.key === "Escape" && typing) target.blur();
+    if (typing || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+    const pair = this.firstAt !== undefined && Date.now() - this.firstAt < PAIR_MS;
+    this.firstAt = event.key === "g" ? Date.now() : undefined;
+    const place = pair ? PLACES[event.key] : undefined;
+    if (place) go(place);
+    else if (event.key === "?") this.togglePopover();
+    else if (event.key === "n") go("#/new");
+    else if (event.key === "/") /** @type {HTMLElement | null} */ (document.querySelector("main input[type=search]"))?.focus();
+    else if (event.key === "j" || event.key === "k") moveRow(event.key === "j" ? 1 : -1);
+    else return;
+    event.preventDefault();
+  }
+}
+
+/** Move the focus along the rows of the page's first list. @param {number} step */
+function moveRow(step) {
+  const rows = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("main [data-row-link]")]);
+  const at = rows.findIndex((row) => row === document.activeElement);
+  rows[Math.min(rows.length - 1, Math.max(0, at + step))]?.focus();
+}
+
+define("keyboard-help", KeyboardHelp);

@@ -1,0 +1,287 @@
+// @ts-check
+// What stands below the charts of a run: metrics, decisions, tracks, receivers, parameters, log, export.
+
+import { h, put } from "../js/dom.js";
+import { apiUrl, getText } from "../js/api.js";
+import { t, told } from "../js/i18n.js";
+import { formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
+import { swatch } from "../js/palette.js";
+import { curlSnippet, pythonSnippet } from "../js/snippets.js";
+import { loadTable } from "../js/tables.js";
+import { dataTable } from "./data-table.js";
+import { emptyState, failed, loading } from "./states.js";
+import { copyText } from "./toast-area.js";
+
+/** @import { ChartItem, Run } from "../types.d.ts" */
+/** @import { CursorBus } from "../js/cursor.js" */
+/** @import { Row } from "../js/tables.js" */
+/** @import { Column, DataTable } from "./data-table.js" */
+
+// Smaller is better for these; a larger share of answers is better.
+const SMALLER = /^(rms|median|p\d+|max)_|_share$/;
+const LARGER = new Set(["answered_share"]);
+
+/**
+ * Load a table, then draw it; loading and failure stand in its place.
+ * @param {Run} run
+ * @param {string} name
+ * @param {(rows: Row[]) => Node} draw
+ */
+function withTable(run, name, draw) {
+  const box = h("div", null, loading());
+  loadTable(run.id, name).then((rows) => put(box, draw(rows)), (error) => put(box, h("div", { style: "padding: 12px" }, failed(error))));
+  return box;
+}
+
+/** @param {string} column @returns {(row: Row) => number | null} */
+function numberOf(column) {
+  return (row) => {
+    const value = row[column];
+    return typeof value === "number" ? value : null;
+  };
+}
+
+/** @param {Run} run */
+export function metricsTab(run) {
+  return withTable(run, "metrics", (rows) => {
+    const labels = run.algorithms.map((entry) => entry.label ?? entry.name);
+    const targets = [...new Set(rows.map((row) => String(row.target ?? "")))];
+    const segments = [...new Set(rows.map((row) => String(row.segment ?? "")))];
+    const body = h("div");
+    const chosen = { target: targets.includes("") ? "" : (targets[0] ?? ""), segment: segments.includes("") ? "" : (segments[0] ?? "") };
+    const draw = () => put(body, metricGrid(rows.filter((row) => String(row.target ?? "") === chosen.target && String(row.segment ?? "") === chosen.segment), labels));
+    const choose = (/** @type {"target" | "segment"} */ field, /** @type {string[]} */ values) => values.length < 2 ? null : h("label", { class: "row" },
+      h("span", { class: "muted" }, t(`metrics.${field}`)),
+      h("select", { style: "width: auto", value: chosen[field], onchange: (/** @type {Event} */ event) => {
+        chosen[field] = /** @type {HTMLSelectElement} */ (event.target).value;
+        draw();
+      } }, values.map((value) => h("option", { value }, value || t("metrics.all")))));
+    draw();
+    const pickers = [choose("target", targets), choose("segment", segments)].filter(Boolean);
+    return h("div", null, pickers.length ? h("div", { class: "row", style: "padding: 8px 12px" }, pickers) : null, body);
+  });
+}
+
+/**
+ * @param {Row[]} rows
+ * @param {string[]} labels
+ */
+function metricGrid(rows, labels) {
+  const names = [...new Set(rows.map((row) => String(row.metric)))];
+  if (!names.length) return emptyState(t("metrics.none"));
+  const anyInterval = rows.some((row) => row.ci95_low !== null && row.ci95_low !== undefined);
+  return h("div", null,
+    h("div", { class: "table-wrap", tabindex: 0, role: "region", "aria-label": t("tab.metrics") }, h("table", { data: { table: "metrics" } },
+      h("caption", { class: "sr-only" }, t("tab.metrics")),
+      h("thead", null, h("tr", null, h("th", { scope: "col" }, t("metrics.metric")),
+        labels.map((label, i) => h("th", { scope: "col", class: "number" }, swatchInline(i), " ", label)), h("th", { scope: "col", class: "number" }, t("metrics.n")))),
+      h("tbody", null, names.map((name) => {
+        const own = labels.map((label) => rows.find((row) => row.metric === name && row.label === label));
+        const best = bestOf(name, own.map((row) => (typeof row?.value === "number" ? row.value : null)));
+        const counts = [...new Set(own.filter(Boolean).map((row) => row?.n))];
+        return h("tr", null,
+          h("th", { scope: "row", title: name }, told(`metric.${name}`, name)),
+          own.map((row, i) => h("td", { class: "number" }, row ? metricCell(row, i === best) : "–")),
+          h("td", { class: "number muted" }, counts.map((n) => formatCount(/** @type {number} */ (n))).join(" / ")));
+      })))),
+    anyInterval ? null : h("p", { class: "small muted", style: "padding: 6px 12px" }, t("metrics.no_interval")));
+}
+
+/** @param {number} index */
+function swatchInline(index) {
+  const line = swatch(index);
+  line.setAttribute("style", "width: 22px; height: 8px; vertical-align: middle");
+  return line;
+}
+
+/**
+ * @param {Row} row
+ * @param {boolean} best
+ */
+function metricCell(row, best) {
+  const value = /** @type {number | null} */ (row.value);
+  const unit = String(row.unit ?? "");
+  const text = String(row.metric).endsWith("_share") ? formatShare(value) : formatQuantity(value, unit);
+  const low = /** @type {number | null} */ (row.ci95_low ?? null);
+  const high = /** @type {number | null} */ (row.ci95_high ?? null);
+  return [h("span", { class: best ? "best" : null }, text),
+    low === null || high === null ? null : h("span", { class: "interval" }, ` ${formatNumber(low)}…${formatNumber(high)}`)];
+}
+
+/**
+ * The place of the best value, where one is better than the others.
+ * @param {string} name
+ * @param {(number | null)[]} values
+ */
+function bestOf(name, values) {
+  const known = values.filter((value) => value !== null);
+  if (known.length < 2 || !(SMALLER.test(name) || LARGER.has(name))) return -1;
+  const best = LARGER.has(name) ? Math.max(...known) : Math.min(...known);
+  return known.filter((value) => value === best).length === known.length ? -1 : values.indexOf(best);
+}
+
+/**
+ * @param {Run} run
+ * @param {CursorBus} bus
+ */
+export function decisionsTab(run, bus) {
+  return withTable(run, "decisions", (rows) => {
+    if (!rows.length) return emptyState(t("decisions.none"));
+    const columns = /** @type {Column<Row>[]} */ ([
+      { title: t("table.label"), cell: (row) => row.label, sort: (row) => String(row.label) },
+      { title: t("report.row"), number: true, cell: (row) => formatCount(numberOf("row")(row)), sort: numberOf("row") },
+      { title: t("table.time"), number: true, cell: (row) => formatExact(roundTime(numberOf("time_s")(row))), sort: numberOf("time_s") },
+      { title: t("decisions.decision"), cell: (row) => told(`decision.${row.decision}`, String(row.decision ?? "")), sort: (row) => String(row.decision) },
+      { title: t("decisions.distance"), number: true, cell: (row) => formatNumber(numberOf("distance")(row)), sort: numberOf("distance") },
+      { title: t("decisions.threshold"), number: true, cell: (row) => formatNumber(numberOf("threshold")(row)), sort: numberOf("threshold") },
+      { title: t("decisions.reason"), wide: true, cell: (row) => h("span", { class: "break" }, row.reason === null ? "" : String(row.reason ?? "")) },
+    ]);
+    const codes = [...new Set(rows.map((row) => String(row.decision)))];
+    const labels = [...new Set(rows.map((row) => String(row.label)))];
+    const chosen = { decision: "", label: "" };
+    const table = dataTable({
+      caption: t("tab.decisions"), columns, rows,
+      onpick: (/** @type {Row} */ row) => {
+        if (typeof row.row === "number") bus.look(row.row, { label: String(row.label), lock: true });
+      },
+      isCurrent: (row) => bus.now.row !== null && row.row === bus.now.row && (bus.now.label === null || row.label === bus.now.label),
+    });
+    table.dataset.table = "decisions";
+    followCursor(table, bus);
+    const count = (/** @type {string} */ code) => rows.filter((row) => row.decision === code).length;
+    const choose = (/** @type {"decision" | "label"} */ field, /** @type {string[]} */ values, /** @type {(value: string) => string} */ words) => h("select", {
+      style: "width: auto", "aria-label": t(field === "decision" ? "decisions.decision" : "table.label"), onchange: (/** @type {Event} */ event) => {
+        chosen[field] = /** @type {HTMLSelectElement} */ (event.target).value;
+        table.setRows(rows.filter((row) => (!chosen.decision || row.decision === chosen.decision) && (!chosen.label || row.label === chosen.label)));
+      },
+    }, h("option", { value: "" }, t("decisions.all", { n: rows.length })), values.map((value) => h("option", { value }, words(value))));
+    return h("div", null,
+      h("div", { class: "row", style: "padding: 8px 12px" },
+        choose("decision", codes, (code) => `${told(`decision.${code}`, code)} (${formatCount(count(code))})`),
+        labels.length > 1 ? choose("label", labels, (label) => label) : null,
+        h("span", { class: "small muted" }, t("decisions.hint"))),
+      table);
+  });
+}
+
+/**
+ * Bring the row of the mark that was clicked in a chart into view.
+ * @param {DataTable} table
+ * @param {CursorBus} bus
+ */
+function followCursor(table, bus) {
+  bus.addEventListener("change", () => {
+    if (!table.isConnected) return;
+    // Redrawing on every hover would lose the focus in the table.
+    if (!bus.now.locked && !table.querySelector("tr.current")) return;
+    const focused = table.contains(document.activeElement);
+    const found = table.turnTo((row) => table.isCurrent?.(row) ?? false);
+    const current = table.querySelector("tr.current");
+    if (found && current instanceof HTMLElement) {
+      if (focused) current.focus({ preventScroll: true });
+      const box = current.closest(".table-wrap");
+      if (box instanceof HTMLElement) box.scrollTop = current.offsetTop - box.clientHeight / 2;
+    }
+  });
+}
+
+/** @param {number | null} time */
+function roundTime(time) {
+  return time === null ? null : Number(time.toFixed(3));
+}
+
+/** @param {Run} run */
+export function tracksTab(run) {
+  return withTable(run, "tracks", (rows) => (rows.length ? dataTable({ caption: t("tab.tracks"), rows, columns: plainColumns(rows) }) : emptyState(t("tracks.none"))));
+}
+
+/** @param {Run} run */
+export function receiversTab(run) {
+  return withTable(run, "receivers", (rows) => (rows.length ? dataTable({ caption: t("tab.receivers"), rows, columns: plainColumns(rows) }) : emptyState(t("receivers.none"))));
+}
+
+/**
+ * Columns of any table of a run: titles from the dictionary, numbers with the precision they deserve.
+ * @param {Row[]} rows
+ * @returns {Column<Row>[]}
+ */
+function plainColumns(rows) {
+  return Object.keys(rows[0] ?? {}).filter((name) => rows.some((row) => row[name] !== null && row[name] !== "")).map((name) => {
+    const number = rows.some((row) => typeof row[name] === "number");
+    return {
+      title: told(`column.${name}`, name),
+      number,
+      wide: name === "reason",
+      cell: (/** @type {Row} */ row) => {
+        const value = row[name] ?? null;
+        if (typeof value === "number") return Number.isInteger(value) ? formatCount(value) : formatNumber(value, 4);
+        if (typeof value === "boolean") return t(value ? "form.yes" : "form.no");
+        return h("span", { class: "break" }, value === null ? "" : told(`decision.${value}`, value));
+      },
+      sort: (/** @type {Row} */ row) => /** @type {string | number | null} */ (row[name] ?? null),
+    };
+  });
+}
+
+/** @param {Run} run */
+export function parametersTab(run) {
+  return h("div", { class: "stack", style: "padding: 12px" }, run.algorithms.map((entry, i) => {
+    const label = entry.label ?? entry.name;
+    const used = run.entries?.find((one) => one.label === label);
+    const settings = Object.entries(used?.settings ?? {});
+    return h("section", { class: "stack", "aria-label": label },
+      h("div", { class: "row" }, swatch(i), h("h3", { class: "break" }, label), h("a", { href: `#/algorithms/${encodeURIComponent(entry.name)}` }, entry.name),
+        used?.seconds ? h("span", { class: "muted small" }, formatDuration(used.seconds)) : null),
+      used?.notes?.length ? h("ul", { class: "notice stack tight" }, used.notes.map((note) => h("li", null, note.detail, note.count > 1 ? h("span", { class: "muted" }, ` (${formatCount(note.count)}×)`) : null))) : null,
+      settings.length ? h("div", { class: "table-wrap", tabindex: 0, role: "region", "aria-label": `${t("tab.parameters")}: ${label}` }, h("table", { data: { table: "settings" } },
+        h("thead", null, h("tr", null, h("th", { scope: "col" }, t("algorithms.parameter")), h("th", { scope: "col", class: "number" }, t("parameters.used")), h("th", { scope: "col" }, t("parameters.source")))),
+        h("tbody", null, settings.map(([name, setting]) => h("tr", null,
+          h("th", { scope: "row" }, h("code", null, name)),
+          h("td", { class: "number" }, setting.source === "run" ? h("b", null, formatExact(setting.value)) : formatExact(setting.value)),
+          h("td", null, told(`source.${setting.source}`, setting.source)))))))
+        : h("pre", null, JSON.stringify(entry.parameters ?? {}, null, 1)));
+  }));
+}
+
+/** @param {Run} run */
+export function logTab(run) {
+  const box = h("div", { style: "padding: 12px" }, loading());
+  const load = () => getText(`runs/${run.id}/log`).then(
+    (text) => put(box, text.trim() ? h("pre", null, text) : emptyState(t("log.none"))),
+    (error) => put(box, failed(error, { retry: load })));
+  load();
+  return box;
+}
+
+/**
+ * What would start this run again.
+ * @param {Run} run
+ */
+export function requestOf(run) {
+  return { recording_id: run.source.recording_id ?? "", algorithms: run.algorithms.map((entry) => ({
+    name: entry.name,
+    ...(entry.label && entry.label !== entry.name ? { label: entry.label } : {}),
+    ...(entry.parameters && Object.keys(entry.parameters).length ? { parameters: entry.parameters } : {}),
+  })), ...(run.label ? { label: run.label } : {}) };
+}
+
+/**
+ * @param {Run} run
+ * @param {ChartItem[]} charts
+ * @param {string[]} tables
+ */
+export function exportTab(run, charts, tables) {
+  const links = (/** @type {string} */ path, /** @type {string[]} */ suffixes) => suffixes.map((suffix) => h("a", { href: apiUrl(`runs/${run.id}/${path}.${suffix}`), download: "" }, suffix.toUpperCase()));
+  const snippet = (/** @type {string} */ title, /** @type {string} */ text) => h("div", { class: "stack tight" },
+    h("div", { class: "row" }, h("h3", null, title), h("button", { class: "link small", type: "button", onclick: () => copyText(text) }, t("action.copy"))), h("pre", { class: "card", style: "padding: 8px" }, text));
+  const base = new URL("./", document.baseURI).href;
+  return h("div", { class: "columns", style: "padding: 12px" },
+    h("div", { class: "stack" },
+      h("h3", null, t("export.tables")),
+      h("dl", { class: "pairs" }, tables.flatMap((name) => [h("dt", null, h("code", null, name)), h("dd", { class: "row" }, links(`tables/${name}`, ["csv", "json"]))])),
+      h("h3", null, t("export.charts")),
+      h("dl", { class: "pairs" }, charts.flatMap((chart) => [h("dt", null, told(`chart.${chart.name}`, chart.title)), h("dd", { class: "row" }, links(`charts/${chart.name}`, ["csv", "json", "html"]))])),
+      h("h3", null, t("export.arrays")),
+      h("p", null, h("a", { href: apiUrl(`runs/${run.id}/result.npz`), download: "" }, "result.npz"))),
+    h("div", { class: "stack" }, snippet("curl", curlSnippet(base, requestOf(run))), snippet("Python", pythonSnippet(base, requestOf(run)))));
+}

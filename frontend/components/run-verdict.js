@@ -1,0 +1,53 @@
+// @ts-check
+// The verdict of a run in words.
+
+import { h } from "../js/dom.js";
+import { t } from "../js/i18n.js";
+import { formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
+import { verdictOf } from "../js/verdict.js";
+
+/** @import { Summary } from "../types.d.ts" */
+/** @import { Ranked, Sentence } from "../js/verdict.js" */
+
+/** @param {Summary | null} summary */
+export function runVerdict(summary) {
+  const [first, ...rest] = verdictOf(summary);
+  return h("p", { class: "verdict", data: { kind: first?.kind ?? "nothing" } },
+    first ? h("span", null, sentence(first)) : null,
+    rest.map((one) => h("span", { class: "muted" }, " ", sentence(one))));
+}
+
+/** @param {Ranked} one */
+function amount(one) {
+  const value = formatQuantity(one.value, "m");
+  return one.low === null || one.high === null ? value : `${value} (${formatNumber(one.low)}…${formatNumber(one.high)})`;
+}
+
+/** @param {Sentence} one @returns {string} */
+function sentence(one) {
+  switch (one.kind) {
+    case "nothing":
+      return t("verdict.nothing");
+    case "no_truth":
+      return one.best ? t("verdict.no_truth", { label: one.best.label, value: formatQuantity(one.best.value, "m") }) : t("verdict.no_truth_no_claim");
+    case "alone":
+      return t("verdict.alone", { label: one.best.label, value: amount(one.best) });
+    case "no_difference":
+      return t("verdict.no_difference", { best: one.best.label, value: amount(one.best), next: one.next.label, next_value: amount(one.next) });
+    case "best":
+      return t(one.proven ? "verdict.best" : "verdict.best_unproven", {
+        label: one.best.label, value: amount(one.best), next: one.next?.label ?? "", next_value: one.next ? amount(one.next) : "", ratio: formatNumber(one.ratio, 2),
+      });
+    case "other_measure":
+      return t("verdict.other_measure", { label: one.label, value: formatQuantity(one.value, "m"), next: formatQuantity(one.next, "m"), next_label: one.nextLabel });
+    case "claim":
+      if (one.honest) return t("verdict.claim_honest", { label: one.label, ratio: formatNumber(one.ratio, 2) });
+      return one.ratio > 1
+        ? t("verdict.claim_small", { label: one.label, ratio: formatNumber(one.ratio, 2) })
+        : t("verdict.claim_large", { label: one.label, ratio: formatNumber(1 / one.ratio, 2) });
+    case "coverage":
+      return t("verdict.coverage", { label: one.label, share: formatShare(one.share), best: one.best, best_share: formatShare(one.bestShare) });
+    case "far":
+      return t("verdict.far", { label: one.label, share: formatShare(one.share) });
+  }
+}

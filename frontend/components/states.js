@@ -1,0 +1,72 @@
+// @ts-check
+// What a panel shows when it has nothing to show yet, or never will: empty, loading, not applicable, failed.
+
+import { h } from "../js/dom.js";
+import { icon } from "../js/icons.js";
+import { t, told } from "../js/i18n.js";
+import { Problem } from "../js/api.js";
+import { copyText } from "./toast-area.js";
+
+/** @import { ProblemBody } from "../types.d.ts" */
+
+/**
+ * The state of a run or a recording: shape, colour and word.
+ * @param {string} state
+ */
+export function stateBadge(state) {
+  return h("span", { class: "state", data: { state } }, icon(state), h("span", null, told(`state.${state}`, state)));
+}
+
+/**
+ * Nothing here yet: what it will show, and what fills it.
+ * @param {string} text
+ * @param {...Node} actions
+ */
+export function emptyState(text, ...actions) {
+  return h("div", { class: "panel-state" }, h("span", null, text), ...actions);
+}
+
+/**
+ * There is nothing to show, and why.
+ * @param {string} why
+ */
+export function notApplicable(why) {
+  return h("div", { class: "panel-state" }, h("strong", null, t("state.not_applicable")), h("span", null, why));
+}
+
+/** @param {number} [lines] */
+export function loading(lines = 3) {
+  return h("div", { class: "stack", role: "status", "aria-label": t("state.loading"), style: "padding: 12px" },
+    ...Array.from({ length: lines }, (_, i) => h("div", { class: "skeleton", style: `width: ${90 - 18 * i}%` })));
+}
+
+/**
+ * What went wrong: title, detail, code, and a way to copy all of it.
+ * @param {unknown} error
+ * @param {{retry?: () => void}} [options]
+ */
+export function failed(error, options = {}) {
+  const body = problemOf(error);
+  const title = told(`problem.${body.code}`, body.title || t("problem.unknown"));
+  const detail = body.detail === title ? "" : body.detail;
+  const all = [title, detail, body.remedy, body.code, ...(body.errors ?? []).map((e) => `${e.pointer}: ${e.detail}`)];
+  return h("div", { class: "failure", role: "alert" },
+    h("strong", null, title),
+    detail ? h("span", null, detail) : null,
+    body.remedy && !(detail ?? "").includes(body.remedy) ? h("span", null, body.remedy) : null,
+    ...(body.errors ?? []).filter((e) => e.detail !== detail).map((e) => h("span", { class: "small" }, h("code", null, e.pointer), " ", e.detail)),
+    h("span", { class: "row small" },
+      body.code ? h("code", { class: "muted" }, body.code) : null,
+      h("button", { class: "link", type: "button", onclick: () => copyText(all.filter(Boolean).join("\n")) }, t("action.copy")),
+      options.retry ? h("button", { class: "link", type: "button", onclick: options.retry }, t("action.try_again")) : null));
+}
+
+/**
+ * @param {unknown} error
+ * @returns {ProblemBody}
+ */
+export function problemOf(error) {
+  if (error instanceof Problem) return error;
+  if (error && typeof error === "object" && ("code" in error || "detail" in error)) return /** @type {ProblemBody} */ (error);
+  return { code: "page_error", title: t("problem.page_error"), detail: error instanceof Error ? error.message : String(error) };
+}

@@ -1,0 +1,225 @@
+// @ts-check
+// What the page does to the server's figures: colours of the theme, hidden entries, quiet hovers, finding marks.
+
+import { t } from "./i18n.js";
+import { formatNumber, formatQuantity } from "./numbers.js";
+
+/** @import { Figure, Trace } from "../types.d.ts" */
+
+/** @typedef {{text: string, muted: string, line: string, grid: string, surface: string, measurement: string}} Colours */
+
+/** Roles whose colour belongs to the theme and not to an entry. */
+const THEMED = { truth: "text", station: "text", measurement: "measurement", bound: "muted" };
+
+/**
+ * The figure as the page shows it: a changed copy.
+ * @param {Figure} figure
+ * @param {{colours: Colours, hidden: Set<string>, font: string, narrow: boolean}} look
+ * @returns {Figure}
+ */
+export function dressFigure(figure, { colours, hidden, font, narrow }) {
+  const data = figure.data.map((trace) => dressTrace(trace, colours, hidden));
+  const layout = { ...figure.layout };
+  delete layout.title;
+  delete layout.width;
+  delete layout.height;
+  layout.paper_bgcolor = "rgba(0,0,0,0)";
+  layout.plot_bgcolor = "rgba(0,0,0,0)";
+  layout.font = { ...layout.font, color: colours.text, family: font, size: narrow ? 11 : 12 };
+  layout.showlegend = false;
+  layout.autosize = true;
+  layout.uirevision = "kept";
+  layout.margin = { l: narrow ? 48 : 58, r: 12, t: 8, b: narrow ? 36 : 40, pad: 0 };
+  layout.hovermode = isOverTime(figure) ? "x" : "closest";
+  for (const name of Object.keys(layout)) {
+    if (!/^[xy]axis\d*$/.test(name)) continue;
+    layout[name] = {
+      ...layout[name],
+      color: colours.text,
+      gridcolor: colours.grid,
+      zerolinecolor: colours.line,
+      linecolor: colours.line,
+      tickcolor: colours.line,
+    };
+  }
+  if (layout.annotations) {
+    layout.annotations = layout.annotations.map((/** @type {any} */ note) => ({
+      ...note,
+      font: { ...note.font, color: colours.muted },
+      ...(note.arrowcolor ? { arrowcolor: colours.muted } : {}),
+    }));
+  }
+  if (layout.shapes) {
+    layout.shapes = layout.shapes.map((/** @type {any} */ shape) => ({
+      ...shape,
+      line: { ...shape.line, color: colours.muted },
+    }));
+  }
+  return { data, layout };
+}
+
+/**
+ * @param {Trace} trace
+ * @param {Colours} colours
+ * @param {Set<string>} hidden
+ * @returns {Trace}
+ */
+function dressTrace(trace, colours, hidden) {
+  const copy = { ...trace };
+  const role = trace.meta?.role;
+  const token = role ? /** @type {Record<string, keyof Colours>} */ (THEMED)[role] : undefined;
+  if (token) {
+    const colour = colours[token];
+    if (copy.line) copy.line = { ...copy.line, color: colour };
+    if (copy.marker) {
+      copy.marker = { ...copy.marker, color: colour };
+      if (copy.marker.line) copy.marker.line = { ...copy.marker.line, color: colour };
+    }
+    if (copy.textfont) copy.textfont = { ...copy.textfont, color: colour };
+    if (copy.fillcolor && role === "bound") copy.fillcolor = withAlpha(colour, 0.12);
+  }
+  // The values stand in the strip under the chart; "none" hides the flying box but keeps the events.
+  if (copy.hoverinfo !== "skip") {
+    copy.hoverinfo = "none";
+    delete copy.hovertemplate;
+  }
+  const label = trace.meta?.label;
+  if (label && hidden.has(label)) copy.visible = false;
+  return copy;
+}
+
+/**
+ * @param {string} colour `rgb(r, g, b)` or `#rrggbb`
+ * @param {number} alpha
+ */
+export function withAlpha(colour, alpha) {
+  const hex = /^#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})$/i.exec(colour);
+  const parts = hex ? hex.slice(1).map((part) => parseInt(part, 16)) : (colour.match(/[\d.]+/g) ?? []).slice(0, 3);
+  return `rgba(${parts.join(", ")}, ${alpha})`;
+}
+
+/**
+ * The title of an axis as plain text: "Horizontal error, m".
+ * @param {any} axis
+ */
+export function axisTitle(axis) {
+  const title = typeof axis?.title === "string" ? axis.title : (axis?.title?.text ?? "");
+  return String(title).replace(/<[^>]*>/g, "");
+}
+
+/**
+ * Split "Horizontal error, m" into the quantity and its unit.
+ * @param {string} title
+ */
+export function splitTitle(title) {
+  const at = title.lastIndexOf(",");
+  return at < 0 ? { quantity: title, unit: "" } : { quantity: title.slice(0, at).trim(), unit: title.slice(at + 1).trim() };
+}
+
+/**
+ * Where points stand for this mark of the recording.
+ * @param {Trace[]} traces with decoded arrays
+ * @param {number} row
+ * @param {string | null} [label] only this entry's points, where it has any
+ * @returns {{trace: Trace, x: any, y: any}[]}
+ */
+export function pointsOfRow(traces, row, label = null) {
+  const found = [];
+  for (const trace of traces) {
+    if (trace.visible === false || !trace.customdata) continue;
+    for (let i = 0; i < trace.customdata.length; i += 1) {
+      if (rowOf(trace.customdata[i]) === row) found.push({ trace, x: trace.x[i], y: trace.y[i] });
+    }
+  }
+  const own = label ? found.filter((point) => point.trace.meta?.label === label) : [];
+  return own.length ? own : found;
+}
+
+/**
+ * The row number in a point's customdata: the number itself, or the first of several.
+ * @param {any} customdata
+ * @returns {number | null}
+ */
+export function rowOf(customdata) {
+  const value = Array.isArray(customdata) || ArrayBuffer.isView(customdata) ? /** @type {any} */ (customdata)[0] : customdata;
+  return typeof value === "number" && Number.isFinite(value) && value >= 0 ? value : null;
+}
+
+/** Whether a figure's abscissa is time, so that all its entries can be read at one instant. @param {Figure} figure */
+export function isOverTime(figure) {
+  return axisTitle(figure.layout.xaxis).startsWith("Time");
+}
+
+/**
+ * The rows of the recording that a figure has points for, in rising order.
+ * @param {Trace[]} traces
+ * @returns {number[]}
+ */
+export function rowsOf(traces) {
+  const rows = new Set();
+  for (const trace of traces) {
+    if (trace.visible === false || !trace.customdata) continue;
+    for (const one of trace.customdata) {
+      const row = rowOf(one);
+      if (row !== null) rows.add(row);
+    }
+  }
+  return [...rows].sort((a, b) => a - b);
+}
+
+/**
+ * What the strip under a chart says of some points: the instant first, then a value for each entry.
+ * @param {{trace: Trace, x: any, y: any, text?: any}[]} points
+ * @param {Record<string, any>} layout
+ * @returns {{name: string, value: string, colour: string | null}[]}
+ */
+export function describePoints(points, layout) {
+  const first = points[0];
+  if (!first) return [];
+  const across = axisTitle(layout.xaxis);
+  const up = splitTitle(axisTitle(layout.yaxis));
+  const colourOf = (/** @type {Trace} */ trace) => {
+    const colour = trace.line?.color ?? trace.marker?.color;
+    return typeof colour === "string" ? colour : null;
+  };
+  if (across.startsWith("Time")) {
+    const said = new Set();
+    const values = points.filter((point) => {
+      const key = `${point.trace.name ?? ""} ${point.y}`;
+      return !said.has(key) && said.add(key);
+    });
+    return [
+      { name: t("chart.time"), value: `${formatNumber(Number(first.x), 5)} s`, colour: null },
+      ...instantOf(Number(first.x), layout.meta?.start_utc),
+      ...values.map((point) => ({ name: point.trace.name ?? "", value: formatQuantity(Number(point.y), up.unit), colour: colourOf(point.trace) })),
+    ];
+  }
+  const side = splitTitle(across);
+  const time = Number(first.text ?? NaN);
+  return [
+    { name: first.trace.name ?? "", value: "", colour: colourOf(first.trace) },
+    ...(Number.isFinite(time) && first.text !== "" && first.text !== null ? [{ name: t("chart.time"), value: `${formatNumber(time, 5)} s`, colour: null }] : []),
+    { name: side.quantity, value: withUnit(first.x, side.unit), colour: null },
+    { name: up.quantity, value: withUnit(first.y, up.unit), colour: null },
+  ].filter((part) => part.name || part.value);
+}
+
+/**
+ * @param {number} time_s
+ * @param {string | null | undefined} start
+ */
+function instantOf(time_s, start) {
+  const origin = start ? Date.parse(start) : NaN;
+  if (!Number.isFinite(origin) || !Number.isFinite(time_s)) return [];
+  const iso = new Date(origin + time_s * 1000).toISOString();
+  return [{ name: "UTC", value: iso.slice(11, 23), colour: null }];
+}
+
+/**
+ * @param {any} value
+ * @param {string} unit
+ */
+function withUnit(value, unit) {
+  const text = typeof value === "number" ? formatNumber(value, 5) : String(value);
+  return unit ? `${text} ${unit}` : text;
+}

@@ -1,0 +1,80 @@
+// @ts-check
+// Every text of the page comes from a dictionary; `t` fills it in, plural forms follow the language.
+
+import en from "../i18n/en.js";
+
+/** @typedef {keyof typeof en} Key */
+/** @typedef {string | Record<string, string>} Entry */
+
+export const LANGUAGES = /** @type {const} */ (["en", "ru"]);
+/** @typedef {(typeof LANGUAGES)[number]} Language */
+
+/** @type {Record<string, Entry>} */
+let dictionary = en;
+/** @type {Language} */
+let current = "en";
+let plurals = new Intl.PluralRules("en");
+
+/** The language in use. */
+export function language() {
+  return current;
+}
+
+/** The stored choice, else the browser's wish, else English. @returns {Language} */
+export function preferredLanguage() {
+  const stored = localStorage.getItem("filterroom.language");
+  const wish = stored ?? navigator.language.slice(0, 2);
+  return LANGUAGES.find((name) => name === wish) ?? "en";
+}
+
+/**
+ * Load a dictionary and make it the page's language.
+ * @param {Language} name
+ */
+export async function setLanguage(name) {
+  dictionary = name === "en" ? en : (await import(`../i18n/${name}.js`)).default;
+  current = name;
+  plurals = new Intl.PluralRules(name);
+  document.documentElement.lang = name;
+}
+
+/**
+ * The text of a key with its values filled in; `n` also chooses the plural form.
+ * @param {Key} key
+ * @param {Record<string, string | number>} [values]
+ */
+export function t(key, values = {}) {
+  return render(dictionary[key] ?? en[key], values);
+}
+
+/**
+ * The text of a code that the server chose, or the fallback where the dictionary does not know it.
+ * @param {string} key
+ * @param {string} fallback
+ */
+export function told(key, fallback) {
+  const entry = Object.hasOwn(dictionary, key) ? dictionary[key] : undefined;
+  return entry === undefined ? fallback : render(entry, {});
+}
+
+/**
+ * @param {Entry | undefined} entry
+ * @param {Record<string, string | number>} values
+ */
+function render(entry, values) {
+  if (entry === undefined) return "";
+  const text = typeof entry === "string" ? entry : (entry[plurals.select(Number(values.n))] ?? entry.other ?? "");
+  return text.replace(/\{(\w+)\}/g, (whole, name) => (name in values ? String(values[name]) : whole));
+}
+
+/**
+ * A UTC instant in the reader's own time zone, or a dash.
+ * @param {string | null | undefined} iso
+ */
+export function formatInstant(iso) {
+  if (!iso) return "–";
+  return new Intl.DateTimeFormat(current === "en" ? "en-GB" : current, {
+    dateStyle: "medium",
+    timeStyle: "medium",
+  }).format(new Date(iso));
+}

@@ -1,0 +1,32 @@
+// @ts-check
+// Small line drawings; each state has its own shape as well as its colour.
+
+import { svg } from "./dom.js";
+
+/** @type {Record<string, string>} */
+const PATHS = {
+  runs: "M2 4h12M2 8h12M2 12h8",
+  new: "M8 3v10M3 8h10",
+  recordings: "M4 2h5l3 3v9H4zM9 2v3h3M6 8h4M6 11h4",
+  algorithms: "M2 12c3 0 3-8 6-8s3 8 6 8M2 14h12",
+  about: "M8 7v4M8 5v.1M8 14a6 6 0 1 1 0-12 6 6 0 0 1 0 12z",
+  menu: "M2 4h12M2 8h12M2 12h12",
+  queued: "M8 14A6 6 0 1 1 8 2a6 6 0 0 1 0 12z",
+  running: "M8 2a6 6 0 0 1 0 12",
+  succeeded: "M2.5 8.5l3.5 3.5 7.5-8",
+  failed: "M3 3l10 10M13 3L3 13",
+  cancelled: "M2.5 8h11",
+  more: "M3 8v.1M8 8v.1M13 8v.1",
+  expand: "M9 2h5v5M7 14H2V9M14 2L9 7M2 14l5-5",
+  table: "M2 3h12v10H2zM2 6.5h12M2 10h12M6 3v10",
+  close: "M4 4l8 8M12 4l-8 8",
+};
+
+/** @param {string} name */
+export function icon(name) {
+  const shape = { parsing: "running", ready: "succeeded" }[name] ?? name;
+  return svg("svg", {
+    viewBox: "0 0 16 16", fill: "none", stroke: "currentColor",
+    "stroke-width": shape === "more" || shape === "cancelled" ? 2.4 : 1.6, "stroke-linecap": "round", "stroke-linejoin": "round", "aria-hidden": "true",
+  }, svg("path", { d: PATHS[shape] ?? "" }));
+}

@@ -1,0 +1,56 @@
+// @ts-check
+// Hash routes; everything a page shows is in its address, so it can be shared, reloaded and gone back to.
+
+/** @typedef {{path: string[], query: URLSearchParams}} Route */
+
+/**
+ * Split `#/runs/ID?tab=log`.
+ * @param {string} hash
+ * @returns {Route}
+ */
+export function parseRoute(hash) {
+  const [path = "", query = ""] = hash.replace(/^#\/?/, "").split(/\?(.*)/s);
+  const parts = path.split("/").filter(Boolean).map(decode);
+  return { path: parts.length ? parts : ["runs"], query: new URLSearchParams(query) };
+}
+
+/** @param {string} part */
+function decode(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part; // a stray % in a typed address: take it literally
+  }
+}
+
+/**
+ * Make a hash address; empty values are left out, arrays repeat their name.
+ * @param {string[]} path
+ * @param {Record<string, string | string[] | null | undefined>} [query]
+ */
+export function routeTo(path, query = {}) {
+  const search = new URLSearchParams();
+  for (const [name, value] of Object.entries(query)) {
+    for (const one of Array.isArray(value) ? value : [value]) if (one) search.append(name, one);
+  }
+  const text = search.toString();
+  return `#/${path.map(encodeURIComponent).join("/")}${text ? `?${text}` : ""}`;
+}
+
+/** @param {string} hash */
+export function go(hash) {
+  if (location.hash === hash) window.dispatchEvent(new HashChangeEvent("hashchange"));
+  else location.hash = hash;
+}
+
+/**
+ * Remember a page's state in its address without a new entry in the history.
+ * @param {Record<string, string | string[] | null | undefined>} query
+ */
+export function rememberQuery(query) {
+  const route = parseRoute(location.hash);
+  /** @type {Record<string, string | string[]>} */
+  const kept = {};
+  for (const name of new Set(route.query.keys())) kept[name] = route.query.getAll(name);
+  history.replaceState(history.state, "", routeTo(route.path, { ...kept, ...query }));
+}

@@ -1,0 +1,191 @@
+// @ts-check
+// From an algorithm's JSON schema to the fields of its form, and from what was typed back to parameters.
+
+import { parseNumber, formatExact } from "./numbers.js";
+
+/** @import { ParameterSchema, ParametersSchema, Site, FieldError } from "../types.d.ts" */
+
+/**
+ * @typedef {object} FieldSpec
+ * @property {string} name
+ * @property {string} title
+ * @property {string} description
+ * @property {string} unit
+ * @property {string} symbol
+ * @property {string} group
+ * @property {boolean} advanced
+ * @property {"number" | "integer" | "boolean" | "choice" | "text" | "json"} type
+ * @property {boolean} nullable
+ * @property {unknown} default
+ * @property {string} fromSite
+ * @property {unknown} fallback
+ * @property {{value: string | number, meaning: string}[]} choices
+ * @property {number | null} least
+ * @property {number | null} most
+ * @property {boolean} leastOpen whether the lower bound itself is excluded
+ * @property {boolean} mostOpen
+ */
+
+/**
+ * The fields of a schema in its order.
+ * @param {ParametersSchema} schema
+ * @returns {FieldSpec[]}
+ */
+export function fieldsOf(schema) {
+  return Object.entries(schema.properties ?? {}).map(([name, property]) => fieldOf(name, property, schema.$defs ?? {}));
+}
+
+/**
+ * @param {string} name
+ * @param {ParameterSchema} property
+ * @param {Record<string, ParameterSchema>} definitions
+ * @returns {FieldSpec}
+ */
+function fieldOf(name, property, definitions) {
+  const options = (property.anyOf ?? [property]).map((one) => resolve(one, definitions));
+  const nullable = options.some((one) => one.type === "null");
+  const real = options.filter((one) => one.type !== "null");
+  const main = { ...(real.length === 1 ? real[0] : {}) };
+  const words = property.choices ?? {};
+  const allowed = main.enum ?? (main.const !== undefined ? [main.const] : Object.keys(words));
+  /** @type {FieldSpec["type"]} */
+  let type = "json";
+  if (real.length === 1) {
+    if (allowed.length) type = "choice";
+    else if (main.type === "number" || main.type === "integer" || main.type === "boolean") type = main.type;
+    else if (main.type === "string") type = "text";
+  }
+  const leastOpen = main.exclusiveMinimum ?? property.exclusiveMinimum;
+  const mostOpen = main.exclusiveMaximum ?? property.exclusiveMaximum;
+  return {
+    name,
+    title: property.title ?? name,
+    description: property.description ?? "",
+    unit: property.unit ?? "",
+    symbol: property.symbol ?? "",
+    group: property.group ?? "measurement",
+    advanced: property.advanced ?? false,
+    type,
+    nullable,
+    default: property.default ?? null,
+    fromSite: property.from_site ?? "",
+    fallback: property.fallback ?? null,
+    choices: allowed.map((value) => ({
+      value: /** @type {string | number} */ (value),
+      meaning: words[String(value)] ?? "",
+    })),
+    least: main.minimum ?? property.minimum ?? leastOpen ?? null,
+    most: main.maximum ?? property.maximum ?? mostOpen ?? null,
+    leastOpen: leastOpen !== undefined,
+    mostOpen: mostOpen !== undefined,
+  };
+}
+
+/**
+ * @param {ParameterSchema} schema
+ * @param {Record<string, ParameterSchema>} definitions
+ * @returns {ParameterSchema}
+ */
+function resolve(schema, definitions) {
+  const only = schema.$ref ?? (schema.allOf?.length === 1 ? schema.allOf[0]?.$ref : undefined);
+  const found = only ? definitions[only.replace("#/$defs/", "")] : undefined;
+  return found ?? schema;
+}
+
+/**
+ * The value a field has when nothing is typed, and where it comes from.
+ * Stations with different accuracies give a range, as the algorithm uses each station's own.
+ * @param {FieldSpec} field
+ * @param {Site | null} site
+ * @returns {{text: string, source: "site" | "default" | "fallback"}}
+ */
+export function placeholderOf(field, site) {
+  if (field.fromSite && field.default === null) {
+    const values = siteValues(site, field.fromSite);
+    if (values.length) {
+      const low = Math.min(...values);
+      const high = Math.max(...values);
+      return { text: low === high ? formatExact(low) : `${formatExact(low)}…${formatExact(high)}`, source: "site" };
+    }
+    if (field.fallback !== null) return { text: formatExact(field.fallback), source: "fallback" };
+  }
+  const shown = field.default ?? field.fallback;
+  return { text: shown === null || shown === undefined ? "" : formatExact(shown), source: "default" };
+}
+
+/**
+ * @param {Site | null} site
+ * @param {string} name
+ * @returns {number[]}
+ */
+function siteValues(site, name) {
+  if (!site) return [];
+  const own = [site, ...(site.stations ?? []), ...(site.radars ?? [])];
+  return own.map((place) => place[name]).filter((value) => typeof value === "number");
+}
+
+/**
+ * Turn typed text into a parameter's value.
+ * @param {FieldSpec} field
+ * @param {string} text
+ * @returns {{value?: unknown, error?: "not_a_number" | "not_whole" | "too_small" | "too_large" | "not_json"}}
+ */
+export function readField(field, text) {
+  const typed = text.trim();
+  if (typed === "") return {};
+  if (field.type === "number" || field.type === "integer") {
+    const value = parseNumber(typed, field.unit);
+    if (value === null) return { error: "not_a_number" };
+    if (field.type === "integer" && !Number.isInteger(value)) return { error: "not_whole" };
+    if (field.least !== null && (field.leastOpen ? value <= field.least : value < field.least)) return { error: "too_small" };
+    if (field.most !== null && (field.mostOpen ? value >= field.most : value > field.most)) return { error: "too_large" };
+    return { value };
+  }
+  if (field.type === "boolean") return { value: typed === "true" };
+  if (field.type === "choice") {
+    return { value: field.choices.find((choice) => String(choice.value) === typed)?.value ?? typed };
+  }
+  if (field.type === "text") return { value: typed };
+  try {
+    return { value: JSON.parse(typed) };
+  } catch {
+    return { error: "not_json" };
+  }
+}
+
+/**
+ * The range of a field in signs, or an empty text.
+ * @param {FieldSpec} field
+ */
+export function rangeOf(field) {
+  const low = field.least === null ? "" : formatExact(field.least);
+  const high = field.most === null ? "" : formatExact(field.most);
+  if (low && high) return `${field.leastOpen ? ">" : ""}${field.leastOpen ? " " : ""}${low} … ${field.mostOpen ? "< " : ""}${high}`;
+  if (low) return `${field.leastOpen ? ">" : "≥"} ${low}`;
+  return high ? `${field.mostOpen ? "<" : "≤"} ${high}` : "";
+}
+
+/**
+ * Sort a problem's errors to the entries and parameters of the form they belong to.
+ * @param {FieldError[]} errors
+ * @returns {{entries: Map<number, Map<string, string>>, rest: FieldError[]}} an entry's own error stands under ""
+ */
+export function placeErrors(errors) {
+  /** @type {Map<number, Map<string, string>>} */
+  const entries = new Map();
+  /** @type {FieldError[]} */
+  const rest = [];
+  for (const error of errors) {
+    const found = /^\/algorithms\/(\d+)(?:\/parameters\/([^/]+)|\/(label|name))?/.exec(error.pointer ?? "");
+    if (!found) {
+      rest.push(error);
+      continue;
+    }
+    const index = Number(found[1]);
+    const fields = entries.get(index) ?? new Map();
+    const name = found[2] ?? found[3] ?? "";
+    fields.set(name, [fields.get(name), error.detail].filter(Boolean).join(" "));
+    entries.set(index, fields);
+  }
+  return { entries, rest };
+}

@@ -1,0 +1,206 @@
+// @ts-check
+// Compose a run: where the marks come from at the left, what is done with them at the right, start below.
+
+import { define, h, put, uniqueId } from "../js/dom.js";
+import { Problem, get, listAll, post } from "../js/api.js";
+import { t } from "../js/i18n.js";
+import { throttled, watch } from "../js/live.js";
+import { go, rememberQuery, routeTo } from "../js/router.js";
+import { placeErrors } from "../js/schema.js";
+import { setTitle } from "../components/app-frame.js";
+import { takeDropped } from "../components/drop-zone.js";
+import { readCounts, rejectionsTable, siteWords, warningsList } from "../components/recording-report.js";
+import { emptyState, failed, loading, stateBadge } from "../components/states.js";
+import { toast } from "../components/toast-area.js";
+import "../components/algorithm-entries.js";
+import "../components/recording-upload.js";
+
+/** @import { Algorithm, Recording, Run, RunEntry } from "../types.d.ts" */
+/** @import { Route } from "../js/router.js" */
+/** @import { AlgorithmEntries } from "../components/algorithm-entries.js" */
+/** @import { RecordingUpload } from "../components/recording-upload.js" */
+
+class NewPage extends HTMLElement {
+  /** @type {Route} */
+  route = { path: [], query: new URLSearchParams() };
+  /** @type {Recording[]} */
+  recordings = [];
+  /** @type {Recording | null} */
+  recording = null;
+  /** @type {(() => void) | null} */
+  unwatch = null;
+
+  async connectedCallback() {
+    setTitle(t("compose.title"));
+    this.stop = new AbortController();
+    put(this, loading());
+    try {
+      const [recordings, algorithms] = await Promise.all([
+        /** @type {Promise<Recording[]>} */ (listAll("recordings", { signal: this.stop.signal })),
+        /** @type {Promise<{items: Algorithm[]}>} */ (get("algorithms", { signal: this.stop.signal })),
+      ]);
+      this.recordings = recordings;
+      this.algorithms = algorithms.items;
+    } catch (error) {
+      if (!this.stop.signal.aborted) put(this, failed(error, { retry: () => this.connectedCallback() }));
+      return;
+    }
+    this.draw();
+  }
+
+  disconnectedCallback() {
+    this.stop?.abort();
+    this.unwatch?.();
+  }
+
+  draw() {
+    const { query } = this.route;
+    const dropped = takeDropped();
+    const uploading = dropped.length > 0 || query.get("source") === "upload" || !this.recordings.length;
+    this.entries = /** @type {AlgorithmEntries} */ (document.createElement("algorithm-entries"));
+    this.entries.algorithms = this.algorithms ?? [];
+    this.entries.onchanged = () => this.remember();
+    this.upload = /** @type {RecordingUpload} */ (document.createElement("recording-upload"));
+    this.upload.onuploaded = (recording) => this.take(recording);
+    this.picker = h("div", { class: "picker", role: "radiogroup", "aria-label": t("compose.recording") });
+    this.report = h("div", { class: "stack", "aria-live": "polite" });
+    this.sourceBody = h("div", { class: "card-body stack" });
+    this.message = h("div", { class: "grow" });
+    const label = uniqueId("run");
+    this.label = h("input", { id: label, type: "text", maxlength: 200, placeholder: t("compose.run_label_hint"), value: query.get("label") ?? "", oninput: () => this.remember() });
+    this.start = h("button", { class: "primary", type: "button", onclick: () => this.submit() }, t("compose.start"));
+    put(this,
+      h("h1", { class: "sr-only" }, t("compose.title")),
+      h("div", { class: "compose" },
+        h("section", { class: "card", "aria-label": t("compose.source") },
+          h("div", { class: "card-head" }, h("h2", { class: "grow" }, t("compose.source")),
+            this.modeButton = h("button", { type: "button", class: "plain", onclick: () => this.setUploading(this.uploading !== true) })),
+          this.sourceBody),
+        h("section", { "aria-label": t("compose.algorithms") }, this.entries)),
+      h("div", { class: "startbar" },
+        h("div", { class: "field" }, h("label", { for: label, class: "small muted" }, t("compose.run_label")), this.label),
+        this.message, this.start));
+    const wanted = query.getAll("a").flatMap(readEntry);
+    const unknown = this.entries.setEntries(wanted);
+    if (unknown.length) put(this.message, h("p", { class: "warn" }, t("compose.unknown_algorithms", { names: unknown.join(", ") })));
+    this.setUploading(uploading);
+    if (dropped.length) this.upload.takeFiles(dropped);
+    const id = query.get("recording");
+    if (id) this.choose(id);
+    else if (!uploading && this.recordings.length === 1 && this.recordings[0]) this.choose(this.recordings[0].id);
+    this.checkStart();
+  }
+
+  /** @param {boolean} uploading */
+  setUploading(uploading) {
+    this.uploading = uploading;
+    if (!this.sourceBody || !this.modeButton || !this.upload || !this.picker || !this.report) return;
+    this.modeButton.textContent = t(uploading ? "compose.pick_recording" : "compose.upload_files");
+    this.drawPicker();
+    put(this.sourceBody, uploading ? this.upload : this.picker, this.report);
+  }
+
+  drawPicker() {
+    const group = uniqueId("recording");
+    put(/** @type {HTMLElement} */ (this.picker), this.recordings.length ? this.recordings.map((recording) => h("label", null,
+      h("input", { type: "radio", name: group, value: recording.id, checked: recording.id === this.recording?.id, disabled: recording.state === "failed", onchange: () => this.choose(recording.id) }),
+      h("span", { class: "break" }, recording.name, h("br", null),
+        h("span", { class: "small muted" }, recording.state === "ready"
+          ? t("compose.recording_line", { n: recording.rows.accepted, site: siteWords(recording) })
+          : stateBadge(recording.state))))) : emptyState(t("compose.no_recordings")));
+  }
+
+  /** Take what was uploaded as the source. @param {Recording} recording */
+  take(recording) {
+    this.recordings = [recording, ...this.recordings.filter((one) => one.id !== recording.id)];
+    this.setUploading(false);
+    this.choose(recording.id, recording);
+  }
+
+  /**
+   * @param {string} id
+   * @param {Recording} [known]
+   */
+  async choose(id, known) {
+    rememberQuery({ recording: id, source: null });
+    try {
+      const recording = known?.rejections ? known : /** @type {Recording} */ (await get(`recordings/${id}`, { signal: this.stop?.signal }));
+      this.recording = recording;
+      this.unwatch?.();
+      this.unwatch = null;
+      if (recording.state === "parsing") this.unwatch = watch(throttled(async () => this.choose(id)));
+      this.entries?.setSource(recording.site, recording.kind);
+      this.showReport(recording);
+      for (const radio of this.picker?.querySelectorAll("input") ?? []) radio.checked = radio.value === id;
+    } catch (error) {
+      if (this.stop?.signal.aborted) return;
+      this.recording = null;
+      put(/** @type {HTMLElement} */ (this.report), failed(error));
+    }
+    this.checkStart();
+  }
+
+  /** @param {Recording} recording */
+  showReport(recording) {
+    const report = /** @type {HTMLElement} */ (this.report);
+    if (recording.state === "parsing") put(report, stateBadge("parsing"));
+    else if (recording.state === "failed") put(report, failed(recording.error ?? { code: "unreadable" }));
+    else {
+      put(report, h("h3", { class: "break" }, recording.name),
+        readCounts(recording), warningsList(recording),
+        recording.rows.rejected ? h("details", { open: true }, h("summary", null, t("report.rejections")), rejectionsTable(recording)) : null,
+        h("a", { href: routeTo(["recordings", recording.id]) }, t("compose.open_recording")));
+    }
+  }
+
+  remember() {
+    const { entries } = /** @type {AlgorithmEntries} */ (this.entries).read();
+    rememberQuery({ a: entries.map((entry) => JSON.stringify(entry)), label: this.label?.value.trim() || null });
+    put(/** @type {HTMLElement} */ (this.message));
+    this.checkStart();
+  }
+
+  checkStart() {
+    if (!this.start || !this.entries) return;
+    const { entries, wrong } = this.entries.read();
+    this.start.disabled = this.busy === true || this.recording?.state !== "ready" || !entries.length || wrong;
+  }
+
+  async submit() {
+    const { entries } = /** @type {AlgorithmEntries} */ (this.entries).read();
+    if (!this.recording) return;
+    this.busy = true;
+    this.checkStart();
+    try {
+      /** @type {Run} */
+      const run = await post("runs", { algorithms: entries, recording_id: this.recording.id, ...(this.label?.value.trim() ? { label: this.label.value.trim() } : {}) });
+      document.dispatchEvent(new Event("filterroom:runs"));
+      toast(t("toast.started"));
+      go(routeTo(["runs", run.id]));
+    } catch (error) {
+      this.busy = false;
+      this.showErrors(error);
+    }
+  }
+
+  /** Errors that name a field stand under it, the rest beside the button. @param {unknown} error */
+  showErrors(error) {
+    const { entries, rest } = placeErrors(error instanceof Problem ? error.errors : []);
+    this.entries?.setErrors(entries);
+    this.checkStart();
+    if (rest.length || !entries.size) put(/** @type {HTMLElement} */ (this.message), failed(error));
+    else put(/** @type {HTMLElement} */ (this.message), h("p", { class: "bad", role: "alert" }, t("compose.errors_above")));
+  }
+}
+
+/** @param {string} text @returns {RunEntry[]} */
+function readEntry(text) {
+  try {
+    const entry = JSON.parse(text);
+    return typeof entry?.name === "string" ? [entry] : [];
+  } catch {
+    return []; // a cut-off address: start without this entry
+  }
+}
+
+define("new-page", NewPage);

@@ -1,0 +1,136 @@
+// @ts-check
+// One recording: what was read, what was rejected and why, where the stations stand, what the data look like.
+
+import { define, h, put } from "../js/dom.js";
+import { Problem, apiUrl, get, remove } from "../js/api.js";
+import { formatInstant, t } from "../js/i18n.js";
+import { throttled, watch } from "../js/live.js";
+import { formatBytes } from "../js/numbers.js";
+import { CursorBus } from "../js/cursor.js";
+import { go, routeTo } from "../js/router.js";
+import { setTitle } from "../components/app-frame.js";
+import { chartPanel } from "../components/chart-panel.js";
+import { confirmDeletion } from "../components/confirm-dialog.js";
+import { readCounts, rejectionsTable, warningsList } from "../components/recording-report.js";
+import { siteTable } from "../components/site-table.js";
+import { failed, loading, stateBadge } from "../components/states.js";
+import { toast } from "../components/toast-area.js";
+import "../components/recording-upload.js";
+
+/** @import { Recording } from "../types.d.ts" */
+/** @import { Route } from "../js/router.js" */
+/** @import { RecordingUpload } from "../components/recording-upload.js" */
+
+class RecordingPage extends HTMLElement {
+  /** @type {Route} */
+  route = { path: [], query: new URLSearchParams() };
+  /** @type {(() => void) | null} */
+  unwatch = null;
+
+  get recordingId() {
+    return this.route.path[1] ?? "";
+  }
+
+  connectedCallback() {
+    setTitle(t("recordings.one"));
+    this.stop = new AbortController();
+    put(this, loading());
+    this.load();
+  }
+
+  disconnectedCallback() {
+    this.stop?.abort();
+    this.unwatch?.();
+  }
+
+  async load() {
+    try {
+      /** @type {Recording} */
+      const recording = await get(`recordings/${this.recordingId}`, { signal: this.stop?.signal });
+      setTitle(recording.name);
+      if (recording.state === "parsing") this.unwatch ??= watch(throttled(() => this.load()));
+      else {
+        this.unwatch?.();
+        this.unwatch = null;
+      }
+      this.draw(recording);
+    } catch (error) {
+      if (!this.stop?.signal.aborted) put(this, failed(error, { retry: () => this.load() }));
+    }
+  }
+
+  /** @param {Recording} recording */
+  draw(recording) {
+    const ready = recording.state === "ready";
+    const bus = new CursorBus();
+    const chart = (/** @type {string} */ name, /** @type {string} */ heading) => chartPanel({ source: `recordings/${recording.id}/charts/${name}`, heading, bus });
+    put(this,
+      h("div", { class: "page-head" },
+        h("h1", { class: "break" }, recording.name), stateBadge(recording.state),
+        h("div", { class: "actions" },
+          ready ? h("a", { class: "button primary", href: routeTo(["new"], { recording: recording.id }) }, t("recordings.new_run")) : null,
+          ready ? h("a", { class: "button", href: apiUrl(`recordings/${recording.id}/data.csv`), download: "" }, "data.csv") : null,
+          h("button", { type: "button", class: "danger", onclick: () => this.delete(recording) }, t("action.delete")))),
+      h("div", { class: "stack" },
+        recording.state === "failed" ? failed(recording.error ?? { code: "unreadable" }) : null,
+        h("section", { class: "card", "aria-label": t("recordings.what_was_read") },
+          h("div", { class: "card-head" }, h("h2", null, t("recordings.what_was_read"))),
+          h("div", { class: "card-body stack" }, readCounts(recording), warningsList(recording))),
+        ready ? h("div", { class: "recording-charts" }, chart("plan", t("chart.plan")), chart("receptions", t("chart.receptions"))) : null,
+        h("div", { class: "columns" },
+          h("section", { class: "card", "aria-label": t("report.rejections") },
+            h("div", { class: "card-head" }, h("h2", null, t("report.rejections"))),
+            h("div", { class: "card-body" }, rejectionsTable(recording))),
+          h("section", { class: "card", "aria-label": t("report.site") },
+            h("div", { class: "card-head" }, h("h2", null, t("report.site"))),
+            h("div", { class: "card-body" }, siteTable(recording.site)))),
+        h("div", { class: "columns" },
+          h("section", { class: "card", "aria-label": t("recordings.again") },
+            h("div", { class: "card-head" }, h("h2", null, t("recordings.again"))),
+            h("div", { class: "card-body stack" }, h("p", { class: "muted" }, t("recordings.again_hint")), this.again(recording))),
+          h("section", { class: "card", "aria-label": t("recordings.details") },
+            h("div", { class: "card-head" }, h("h2", null, t("recordings.details"))),
+            h("div", { class: "card-body" }, details(recording))))));
+  }
+
+  /** @param {Recording} recording */
+  again(recording) {
+    const upload = /** @type {RecordingUpload} */ (document.createElement("recording-upload"));
+    upload.again = recording.id;
+    upload.options = recording.options ?? {};
+    upload.onuploaded = (made) => {
+      if (made.id === recording.id) toast(t("toast.same_recording"));
+      else go(routeTo(["recordings", made.id]));
+    };
+    return upload;
+  }
+
+  /** @param {Recording} recording */
+  async delete(recording) {
+    if (!(await confirmDeletion(t("recordings.delete_question", { name: recording.name }), t("recordings.delete_detail")))) return;
+    try {
+      await remove(`recordings/${recording.id}`);
+    } catch (error) {
+      if (!(error instanceof Problem) || error.status !== 409) return toast(error instanceof Error ? error.message : String(error));
+      if (!(await confirmDeletion(t("recordings.delete_runs_question"), error.detail))) return undefined;
+      await remove(`recordings/${recording.id}`, { runs: "delete" });
+    }
+    toast(t("toast.deleted"));
+    go("#/recordings");
+    return undefined;
+  }
+}
+
+/** @param {Recording} recording */
+function details(recording) {
+  const files = (recording.files ?? []).map((file) => `${file.role}: ${file.name} (${formatBytes(file.size)})`);
+  return h("dl", { class: "pairs" },
+    h("dt", null, t("recordings.id")), h("dd", null, h("code", null, recording.id)),
+    h("dt", null, "SHA-256"), h("dd", null, h("code", null, recording.sha256)),
+    h("dt", null, t("runs.column_created")), h("dd", null, formatInstant(recording.created_at)),
+    h("dt", null, t("recordings.start_utc")), h("dd", null, recording.start_utc ?? t("recordings.start_unknown")),
+    files.length ? [h("dt", null, t("recordings.files")), h("dd", null, files.map((text) => h("div", null, text)))] : null,
+    recording.options && Object.keys(recording.options).length ? [h("dt", null, t("recordings.options")), h("dd", null, h("code", null, JSON.stringify(recording.options)))] : null);
+}
+
+define("recording-page", RecordingPage);

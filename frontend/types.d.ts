@@ -1,0 +1,246 @@
+// What the HTTP API gives and takes, as the page uses it. Written by hand; docs of the API: /docs.
+
+export type RunState = "queued" | "running" | "succeeded" | "failed" | "cancelled";
+export type RecordingState = "parsing" | "ready" | "failed";
+
+export interface Page<T> {
+  items: T[];
+  next_cursor?: string | null;
+}
+
+export interface ProblemBody {
+  type?: string;
+  title?: string;
+  status?: number;
+  detail?: string;
+  code?: string;
+  remedy?: string;
+  errors?: FieldError[];
+}
+
+export interface FieldError {
+  pointer: string;
+  detail: string;
+  code?: string;
+}
+
+export interface EngineStatus {
+  state: "starting" | "warming_up" | "ready" | "failed";
+  workers: number;
+  running: number;
+  queued: number;
+  detail?: string | null;
+}
+
+export interface Meta {
+  name?: string;
+  version: string;
+  plotly_js: string;
+  engine: EngineStatus;
+  versions?: Record<string, string>;
+  limits?: Record<string, number>;
+  licence?: string;
+  [more: string]: unknown;
+}
+
+export interface Station {
+  name: string;
+  east_m?: number | null;
+  north_m?: number | null;
+  up_m?: number | null;
+  latitude_deg?: number | null;
+  longitude_deg?: number | null;
+  height_m?: number | null;
+  sigma_toa_ns?: number | null;
+  clock_offset_ns?: number | null;
+  [more: string]: unknown;
+}
+
+export interface Site {
+  origin?: { latitude_deg: number; longitude_deg: number; height_m?: number } | null;
+  stations?: Station[];
+  radars?: Station[];
+  transmitters?: Station[];
+  receivers?: Station[];
+  [more: string]: unknown;
+}
+
+export interface Rejection {
+  row: number | null;
+  code: string;
+  detail: string;
+  file?: string | null;
+}
+
+export interface ReadWarning {
+  code: string;
+  detail: string;
+  count: number;
+}
+
+export interface Recording {
+  id: string;
+  name: string;
+  kind: string | null;
+  format: string | null;
+  sha256: string;
+  state: RecordingState;
+  rows: { read: number; accepted: number; rejected: number };
+  rejections?: Rejection[];
+  rejections_url?: string;
+  time_span_s: [number, number] | number | null;
+  start_utc?: string | null;
+  site: Site | null;
+  has_truth: boolean;
+  warnings: ReadWarning[];
+  files?: { role: string; name: string; size: number; sha256?: string }[];
+  error?: ProblemBody | null;
+  created_at?: string;
+  size_bytes?: number;
+  options?: Record<string, unknown>;
+}
+
+export interface ParameterSchema {
+  title?: string;
+  description?: string;
+  type?: string | string[];
+  anyOf?: ParameterSchema[];
+  allOf?: ParameterSchema[];
+  enum?: (string | number | boolean | null)[];
+  const?: unknown;
+  $ref?: string;
+  default?: unknown;
+  minimum?: number;
+  maximum?: number;
+  exclusiveMinimum?: number;
+  exclusiveMaximum?: number;
+  unit?: string;
+  symbol?: string;
+  group?: string;
+  advanced?: boolean;
+  from_site?: string;
+  fallback?: unknown;
+  choices?: Record<string, string>;
+  items?: ParameterSchema;
+  properties?: Record<string, ParameterSchema>;
+}
+
+export interface ParametersSchema {
+  properties?: Record<string, ParameterSchema>;
+  $defs?: Record<string, ParameterSchema>;
+}
+
+export interface Reference {
+  key: string;
+  place?: string;
+  text?: string;
+  [more: string]: unknown;
+}
+
+export interface Output {
+  name: string;
+  axes: string[];
+  unit?: string;
+  meaning?: string;
+  categories?: string[];
+}
+
+export interface Algorithm {
+  name: string;
+  title: string;
+  summary: string;
+  family: string;
+  takes: string[];
+  parameters_schema: ParametersSchema;
+  outputs: Output[];
+  charts: string[];
+  references: Reference[];
+}
+
+export interface RunEntry {
+  name: string;
+  label?: string;
+  parameters?: Record<string, unknown>;
+}
+
+export interface SummaryValue {
+  value: number | null;
+  ci95: [number, number] | null;
+  unit: string;
+}
+
+export type Summary = Record<string, Record<string, SummaryValue>>;
+
+export interface Run {
+  id: string;
+  state: RunState;
+  progress: { done: number; total: number; eta_s?: number | null };
+  algorithms: RunEntry[];
+  source: { recording_id?: string; recording_ids?: string[]; name?: string; [more: string]: unknown };
+  seed: number | null;
+  trials: number | null;
+  label: string | null;
+  tags: string[];
+  created_at: string;
+  started_at: string | null;
+  finished_at: string | null;
+  error: ProblemBody | null;
+  summary: Summary | null;
+  software?: Record<string, unknown>;
+  entries?: EntryOutcome[] | null;
+}
+
+export interface EntryOutcome {
+  label: string;
+  settings?: Record<string, { value: unknown; source: string }>;
+  notes?: { code: string; detail: string; count: number }[];
+  seconds?: number | null;
+}
+
+export interface ChartItem {
+  name: string;
+  title: string;
+}
+
+export type Cell = string | number | boolean | null;
+
+export interface TableData {
+  columns: string[];
+  rows: Cell[][];
+}
+
+export interface TraceMeta {
+  role?: "series" | "truth" | "station" | "measurement" | "bound" | "interval" | "rejected";
+  label?: string | null;
+  index?: number;
+}
+
+// The part of Plotly's objects that the page reads or sets.
+export type Trace = Record<string, any> & { meta?: TraceMeta };
+export interface Figure {
+  data: Trace[];
+  layout: Record<string, any>;
+}
+
+export interface PlotlyElement extends HTMLElement {
+  data?: Trace[];
+  layout?: Record<string, any>;
+  _fullLayout?: Record<string, any>;
+  _fullData?: Trace[];
+  on?(event: string, handler: (event: any) => void): void;
+}
+
+export interface PlotlyLibrary {
+  react(element: HTMLElement, data: Trace[], layout: object, config?: object): Promise<void>;
+  relayout(element: HTMLElement, update: object): Promise<void>;
+  purge(element: HTMLElement): void;
+  toImage(element: HTMLElement, options: object): Promise<string>;
+  register(module: object): void;
+  Plots: { resize(element: HTMLElement): void };
+}
+
+declare global {
+  interface Window {
+    Plotly?: PlotlyLibrary;
+  }
+}
