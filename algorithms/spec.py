@@ -88,8 +88,8 @@ class LocalContext:
     seed: int = 0
 
     def random(self, trial: int) -> np.random.Generator:
-        """Random stream of one trial."""
-        return np.random.default_rng(np.random.SeedSequence(entropy=self.seed, spawn_key=(trial,)))
+        """Random stream of one trial, apart from the one that draws its measurement noise."""
+        return np.random.default_rng(np.random.SeedSequence(entropy=self.seed, spawn_key=(trial, 1)))
 
     def progress(self, share: float) -> None:
         """Do nothing."""

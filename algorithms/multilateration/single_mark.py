@@ -137,7 +137,7 @@ def solve_marks(
             dof[k, trial] = count + known - 4
             if count + known > 4:
                 cost_out[k, trial] = cost[0]
-            status[k, trial] = lanes.AMBIGUOUS if n == 2 else lanes.INITIALISED
+            status[k, trial] = lanes.AMBIGUOUS if n == 2 else lanes.UPDATED
             reason[k, trial] = lanes.R_TWO if n == 2 else lanes.R_NONE
 
 
