@@ -106,7 +106,6 @@ def create_run(
     """Add a run in the state `queued`; call `Engine.notify()` after the transaction."""
     run_id = new_id()
     tags = tuple(dict.fromkeys(tags))
-    words = [label, *tags, *(e.label for e in algorithms), *(e.name for e in algorithms)]
     connection.execute(
         insert(runs).values(
             id=run_id,
@@ -121,7 +120,7 @@ def create_run(
             seed=seed,
             trials=trials,
             progress_total=progress_total,
-            search_text="\n".join(dict.fromkeys(words)).casefold(),
+            search_text=_search_text(label, tags, algorithms),
         )
     )
     for table, rows in (
@@ -267,6 +266,24 @@ def cancel_run(connection: Connection, run_id: str) -> bool:
     )
 
 
+def rename_run(
+    connection: Connection, run_id: str, *, label: str | None = None, tags: Sequence[str] | None = None
+) -> None:
+    """Give a run, finished or not, another label or other tags; None leaves them as they are."""
+    run = get_run(connection, run_id)
+    label = run.label if label is None else label
+    kept = run.tags if tags is None else tuple(dict.fromkeys(tags))
+    if (label, kept) == (run.label, run.tags):
+        return
+    statement = update(runs).where(runs.c.id == run_id)
+    search_text = _search_text(label, kept, run.algorithms)
+    connection.execute(statement.values(label=label, tags=list(kept), search_text=search_text))
+    connection.execute(delete(run_tags).where(run_tags.c.run_id == run_id))
+    if kept:
+        connection.execute(insert(run_tags), [{"run_id": run_id, "tag": tag} for tag in kept])
+    _announce(connection, run_id, run.state)
+
+
 def delete_run(connection: Connection, run_id: str) -> frozenset[str]:
     """Delete a finished run and return the blobs it referred to.
 
@@ -290,6 +307,11 @@ def delete_run(connection: Connection, run_id: str) -> frozenset[str]:
 
 
 _COLUMNS = [c for c in runs.c if c.name != "search_text"]
+
+
+def _search_text(label: str, tags: Sequence[str], algorithms: Sequence[Entry]) -> str:
+    words = [label, *tags, *(e.label for e in algorithms), *(e.name for e in algorithms)]
+    return "\n".join(dict.fromkeys(words)).casefold()
 
 
 def _conditions(only: RunFilter) -> list[ColumnElement[bool]]:
