@@ -184,7 +184,7 @@ def without_empty_marks(part: Part, files: RowFiles, findings: Findings) -> Part
     marks = part.recording
     if not isinstance(marks, ToaMarks):
         return part
-    keep = np.isfinite(marks.toa_s).any(axis=(1, 2)) | np.isfinite(marks.altitude_m).any(axis=1)
+    keep = np.logical_or(np.isfinite(marks.toa_s).any(axis=(1, 2)), np.isfinite(marks.altitude_m).any(axis=1))
     for row in marks.row[~keep].tolist():
         findings.reject(row, "empty_row", "no station that received it can be used", file=files.name(row))
     return part if keep.all() else kept_rows(part, keep)

@@ -100,9 +100,9 @@ def _texts(name: str, values: Floats | Ints, names: tuple[str, ...] | None) -> S
     if names is not None:
         table = [*names, ""]
         return [table[c] for c in values.tolist()]
-    if values.dtype.kind == "i":
+    if values.dtype == np.int64:
         return ["" if v < 0 else str(v) for v in values.tolist()]
-    return ["" if v != v else repr(v) for v in _in_unit(name, values).tolist()]
+    return ["" if v != v else repr(v) for v in _in_unit(name, values.astype(np.float64)).tolist()]
 
 
 def _in_unit(name: str, values: Floats) -> Floats:
