@@ -71,7 +71,7 @@ class Settings(BaseSettings):
     reader_timeout_s: float = Field(default=600, gt=0)
     """Longest time that reading one upload may take, seconds."""
     kernel_cache: Path | None = None
-    """Folder for compiled kernels, shared by all workers; default `kernels` in the data folder."""
+    """Folder for compiled kernels; by default one in the user's cache folder, shared with the command line."""
     samples: bool = True
     """Import the bundled sample recording and run three algorithms on it when the data folder is new."""
 
@@ -102,11 +102,6 @@ class Settings(BaseSettings):
     def store_dir(self) -> Path:
         """Folder of the content-addressed store."""
         return self.data_dir / "store"
-
-    @property
-    def kernel_dir(self) -> Path:
-        """Folder of the compiled kernels."""
-        return self.kernel_cache or self.data_dir / "kernels"
 
     @property
     def has_own_token(self) -> bool:

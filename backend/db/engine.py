@@ -49,9 +49,7 @@ class Database:
             _set_up_sqlite(self._reader, begin="BEGIN", read_only=True)
         else:
             self._writer = create_engine(self._url, pool_pre_ping=True)
-            self._reader = self._writer.execution_options(
-                isolation_level="REPEATABLE READ", postgresql_readonly=True
-            )
+            self._reader = self._writer.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
         self._listeners: list[Callable[[], None]] = []
         self._listeners_lock = threading.Lock()
 

@@ -36,17 +36,11 @@ class LogLine:
     text: str
 
 
-def append_event(
-    connection: Connection, kind: EventKind, data: Mapping[str, Any], *, run_id: str | None = None
-) -> int:
+def append_event(connection: Connection, kind: EventKind, data: Mapping[str, Any], *, run_id: str | None = None) -> int:
     """Store an event and return its id. Of a run's progress only the latest is kept."""
     if kind == "run.progress":
-        connection.execute(
-            delete(run_events).where(run_events.c.run_id == run_id, run_events.c.kind == "run.progress")
-        )
-    result = connection.execute(
-        insert(run_events).values(run_id=run_id, at=now(), kind=kind, data=dict(data))
-    )
+        connection.execute(delete(run_events).where(run_events.c.run_id == run_id, run_events.c.kind == "run.progress"))
+    result = connection.execute(insert(run_events).values(run_id=run_id, at=now(), kind=kind, data=dict(data)))
     key = result.inserted_primary_key
     assert key is not None
     return int(key[0])
@@ -62,9 +56,7 @@ def last_event_id(connection: Connection) -> int:
     return int(connection.scalar(select(func.max(run_events.c.id))) or 0)
 
 
-def events_after(
-    connection: Connection, after: int, *, run_id: str | None = None, limit: int = 500
-) -> list[Event]:
+def events_after(connection: Connection, after: int, *, run_id: str | None = None, limit: int = 500) -> list[Event]:
     """Return the events that follow id `after`, oldest first; of one run if `run_id` is given."""
     query = select(run_events).where(run_events.c.id > after).order_by(run_events.c.id).limit(limit)
     if run_id is not None:

@@ -22,9 +22,7 @@ class StoredTable:
 
 def store_block(connection: Connection, run_id: str, position: int, sha256: str) -> None:
     """Note that the block at `position` of a run is finished and where its outcome lies."""
-    connection.execute(
-        delete(run_blocks).where(run_blocks.c.run_id == run_id, run_blocks.c.position == position)
-    )
+    connection.execute(delete(run_blocks).where(run_blocks.c.run_id == run_id, run_blocks.c.position == position))
     connection.execute(insert(run_blocks).values(run_id=run_id, position=position, sha256=sha256))
 
 
@@ -59,9 +57,7 @@ def store_tables(connection: Connection, run_id: str, tables: Sequence[StoredTab
 def find_table(connection: Connection, run_id: str, name: str) -> StoredTable | None:
     """Return a small table of a run, None where it has none of this name."""
     query = select(run_tables.c.columns, run_tables.c.rows)
-    row = connection.execute(
-        query.where(run_tables.c.run_id == run_id, run_tables.c.name == name)
-    ).one_or_none()
+    row = connection.execute(query.where(run_tables.c.run_id == run_id, run_tables.c.name == name)).one_or_none()
     return None if row is None else StoredTable(name, [tuple(c) for c in row.columns], row.rows)
 
 

@@ -152,9 +152,7 @@ def list_recordings(
     """Return up to `limit` recordings, newest first, that follow the recording (created_at, id) `after`."""
     key = tuple_(recordings.c.created_at, recordings.c.id)
     query = select(recordings).limit(limit)
-    query = query.order_by(
-        *(c.asc() if oldest_first else c.desc() for c in (recordings.c.created_at, recordings.c.id))
-    )
+    query = query.order_by(*(c.asc() if oldest_first else c.desc() for c in (recordings.c.created_at, recordings.c.id)))
     if after is not None:
         query = query.where(key > after if oldest_first else key < after)
     if state is not None:
@@ -174,9 +172,7 @@ def recordings_in_state(connection: Connection, state: RecordingState) -> list[R
 
 def set_parsed(connection: Connection, recording_id: str, parsed: Parsed) -> bool:
     """Store what reading gave and make the recording `ready`; False where it is no longer `parsing`."""
-    values = {
-        f.name: getattr(parsed, f.name) for f in fields(parsed) if f.name not in ("rejections", "warnings")
-    }
+    values = {f.name: getattr(parsed, f.name) for f in fields(parsed) if f.name not in ("rejections", "warnings")}
     if not _leave_parsing(
         connection,
         recording_id,
@@ -194,9 +190,7 @@ def set_failed(
     connection: Connection, recording_id: str, error: Mapping[str, Any], rejected: Sequence[Rejection] = ()
 ) -> bool:
     """Make the recording `failed` with {code, detail, remedy, pointer}; False where it is not `parsing`."""
-    if not _leave_parsing(
-        connection, recording_id, state="failed", error=dict(error), rows_rejected=len(rejected)
-    ):
+    if not _leave_parsing(connection, recording_id, state="failed", error=dict(error), rows_rejected=len(rejected)):
         return False
     add_rejections(connection, recording_id, rejected)
     return True
@@ -252,9 +246,7 @@ def delete_recording(connection: Connection, recording_id: str, *, with_runs: bo
             remedy="Delete the runs first, or repeat with runs=delete to delete them too.",
             code="recording_in_use",
         )
-    blobs = {f.sha256 for f in recording.files} | (
-        {recording.data_sha256} if recording.data_sha256 else set()
-    )
+    blobs = {f.sha256 for f in recording.files} | ({recording.data_sha256} if recording.data_sha256 else set())
     for run_id in used_by:
         blobs |= runs.delete_run(connection, run_id)
     connection.execute(delete(recordings).where(recordings.c.id == recording_id))
@@ -268,9 +260,7 @@ def count_runs(connection: Connection, recording_id: str) -> int:
     return int(connection.scalar(query.where(run_recordings.c.recording_id == recording_id)) or 0)
 
 
-def _leave_parsing(
-    connection: Connection, recording_id: str, *, state: RecordingState, **values: Any
-) -> bool:
+def _leave_parsing(connection: Connection, recording_id: str, *, state: RecordingState, **values: Any) -> bool:
     still_parsing: ColumnElement[bool] = recordings.c.state == "parsing"
     statement = update(recordings).where(recordings.c.id == recording_id, still_parsing)
     if connection.execute(statement.values(state=state, **values)).rowcount == 0:

@@ -114,9 +114,7 @@ def create_run(
             tags=list(tags),
             created_at=now(),
             source=dict(source),
-            algorithms=[
-                {"name": e.name, "label": e.label, "parameters": dict(e.parameters)} for e in algorithms
-            ],
+            algorithms=[{"name": e.name, "label": e.label, "parameters": dict(e.parameters)} for e in algorithms],
             seed=seed,
             trials=trials,
             progress_total=progress_total,
@@ -190,16 +188,13 @@ def recording_ids_of(connection: Connection, run_id: str) -> list[str]:
 
 def start_run(connection: Connection, run_id: str) -> bool:
     """Turn queued into running; False where the run is not queued any more."""
-    return _change(
-        connection, run_id, ("queued",), "running", started_at=func.coalesce(runs.c.started_at, now())
-    )
+    started_at = func.coalesce(runs.c.started_at, now())
+    return _change(connection, run_id, ("queued",), "running", started_at=started_at)
 
 
 def requeue_running(connection: Connection) -> list[str]:
     """Queue again what was running when the server stopped, and return the ids."""
-    ids = list(
-        connection.scalars(select(runs.c.id).where(runs.c.state == "running").order_by(runs.c.created_at))
-    )
+    ids = list(connection.scalars(select(runs.c.id).where(runs.c.state == "running").order_by(runs.c.created_at)))
     for run_id in ids:
         _change(connection, run_id, ("running",), "queued")
     return ids
@@ -211,9 +206,7 @@ def set_progress(connection: Connection, run_id: str, done: int) -> bool:
     total = connection.scalar(statement.values(progress_done=done).returning(runs.c.progress_total))
     if total is None:
         return False
-    events.append_event(
-        connection, "run.progress", {"id": run_id, "done": done, "total": total}, run_id=run_id
-    )
+    events.append_event(connection, "run.progress", {"id": run_id, "done": done, "total": total}, run_id=run_id)
     return True
 
 
@@ -261,9 +254,7 @@ def cancel_run(connection: Connection, run_id: str) -> bool:
     state = get_run(connection, run_id).state
     if state == "cancelled":
         return False
-    raise StateError(
-        f"The run has {state} already.", remedy="A finished run can only be deleted.", code="run_finished"
-    )
+    raise StateError(f"The run has {state} already.", remedy="A finished run can only be deleted.", code="run_finished")
 
 
 def rename_run(
@@ -294,9 +285,7 @@ def delete_run(connection: Connection, run_id: str) -> frozenset[str]:
     """
     run = get_run(connection, run_id)
     if not run.is_final:
-        raise StateError(
-            f"The run is {run.state}.", remedy="Cancel it before you delete it.", code="run_live"
-        )
+        raise StateError(f"The run is {run.state}.", remedy="Cancel it before you delete it.", code="run_live")
     blobs = set(connection.scalars(select(run_blocks.c.sha256).where(run_blocks.c.run_id == run_id)))
     if run.result_sha256:
         blobs.add(run.result_sha256)
@@ -334,9 +323,7 @@ def _conditions(only: RunFilter) -> list[ColumnElement[bool]]:
     return conditions
 
 
-def _change(
-    connection: Connection, run_id: str, old: tuple[RunState, ...], new: RunState, **values: Any
-) -> bool:
+def _change(connection: Connection, run_id: str, old: tuple[RunState, ...], new: RunState, **values: Any) -> bool:
     statement = update(runs).where(runs.c.id == run_id, runs.c.state.in_(old))
     if connection.execute(statement.values(state=new, **values)).rowcount == 0:
         return False

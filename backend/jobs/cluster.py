@@ -122,6 +122,7 @@ def _local_cluster(settings: Settings) -> LocalCluster:
         dashboard_address="127.0.0.1:0",
         local_directory=str(scratch),
         silence_logs=logging.ERROR,
+        env={} if settings.kernel_cache is None else {"FILTERROOM_KERNEL_CACHE": str(settings.kernel_cache)},
     )
 
 
