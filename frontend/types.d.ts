@@ -25,7 +25,7 @@ export interface FieldError {
 }
 
 export interface EngineStatus {
-  state: "starting" | "warming_up" | "ready" | "failed";
+  state: "starting" | "warming_up" | "ready" | "failed" | "stopped";
   workers: number;
   running: number;
   queued: number;
@@ -33,14 +33,15 @@ export interface EngineStatus {
 }
 
 export interface Meta {
-  name?: string;
+  name: string;
   version: string;
+  licence: string;
   plotly_js: string;
+  versions: Record<string, string>;
+  limits: { max_upload_bytes: number; max_json_bytes: number; max_rows: number };
   engine: EngineStatus;
-  versions?: Record<string, string>;
-  limits?: Record<string, number>;
-  licence?: string;
-  [more: string]: unknown;
+  disk_free_bytes: number;
+  started_at: string;
 }
 
 export interface Station {
@@ -187,14 +188,12 @@ export interface Run {
   error: ProblemBody | null;
   summary: Summary | null;
   software?: Record<string, unknown>;
-  entries?: EntryOutcome[] | null;
-}
-
-export interface EntryOutcome {
-  label: string;
-  settings?: Record<string, { value: unknown; source: string }>;
-  notes?: { code: string; detail: string; count: number }[];
-  seconds?: number | null;
+  /** By label: every parameter as it was used. */
+  settings?: Record<string, Record<string, { value: unknown; source: string }>> | null;
+  /** By label: what must be known about the result. */
+  notes?: Record<string, { code: string; detail: string; count: number }[]> | null;
+  seconds?: Record<string, number> | null;
+  queue_position?: number | null;
 }
 
 export interface ChartItem {
@@ -207,6 +206,8 @@ export type Cell = string | number | boolean | null;
 export interface TableData {
   columns: string[];
   rows: Cell[][];
+  /** Rows of the whole table. */
+  total?: number;
 }
 
 export interface TraceMeta {

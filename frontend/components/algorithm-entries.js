@@ -145,7 +145,7 @@ export class AlgorithmEntries extends HTMLElement {
         swatch(i), h("h3", null, algorithm.name),
         h("span", { class: "muted small clip grow" }, algorithm.title),
         h("input", {
-          type: "text", value: entry.label, placeholder: algorithm.name, "aria-label": `${t("compose.label")}: ${algorithm.name}`, maxlength: 120, title: t("compose.label"), "aria-invalid": own?.has("label") ? "true" : null,
+          type: "text", value: entry.label, placeholder: algorithm.name, "aria-label": `${t("compose.label")}: ${algorithm.name}`, maxlength: 80, title: t("compose.label"), "aria-invalid": own?.has("label") ? "true" : null,
           oninput: (/** @type {Event} */ event) => {
             entry.label = /** @type {HTMLInputElement} */ (event.target).value;
             this.onchanged();

@@ -54,9 +54,9 @@ class AppFrame extends HTMLElement {
     connection.addEventListener("found", () => this.onFound(), { signal });
     connection.addEventListener("unauthorised", () => this.askToken(), { signal });
     document.addEventListener("filterroom:title", (event) => {
-      const text = /** @type {CustomEvent<string>} */ (event).detail;
-      document.title = `${text} · Filter Room`;
-      if (this.where) this.where.textContent = text;
+      const { title, where } = /** @type {CustomEvent<{title: string, where: string}>} */ (event).detail;
+      document.title = `${title} · Filter Room`;
+      if (this.where) this.where.textContent = where;
     }, { signal });
     this.draw();
   }
@@ -168,9 +168,13 @@ function chooser(label, options, chosen, onchoice) {
   }, options.map(([value, text]) => h("option", { value }, text)));
 }
 
-/** Set the words of the bar and of the browser's tab. @param {string} text */
-export function setTitle(text) {
-  document.dispatchEvent(new CustomEvent("filterroom:title", { detail: text }));
+/**
+ * Set the words of the browser's tab, and of the bar where these would only repeat the page's heading.
+ * @param {string} title
+ * @param {string} [where]
+ */
+export function setTitle(title, where = title) {
+  document.dispatchEvent(new CustomEvent("filterroom:title", { detail: { title, where } }));
 }
 
 define("app-frame", AppFrame);

@@ -9,7 +9,7 @@ import { t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
 import { describePoints, dressFigure, isOverTime, pointsOfRow, rowOf, rowsOf } from "../js/figure.js";
 import { loadPlotly } from "../js/plotly.js";
-import { chartColours, themes } from "../js/theme.js";
+import { chartColours, isDark, themes } from "../js/theme.js";
 import { failed, loading, notApplicable } from "./states.js";
 import { chartMenu } from "./chart-menu.js";
 import { chartTable } from "./chart-table.js";
@@ -41,12 +41,12 @@ export class ChartPanel extends HTMLElement {
     this.plot = /** @type {PlotlyElement} */ (h("div", { class: "plot", role: "img", tabindex: 0, "aria-label": this.heading }));
     this.overlay = svg("svg", { class: "overlay", "aria-hidden": "true" });
     this.body = h("div", { class: "body" }, loading());
-    this.strip = h("div", { class: "strip" });
+    this.strip = h("div", { class: "strip" }, t("chart.strip_hint"));
     this.note = h("span", { class: "note small muted" });
     this.tableButton = h("button", { class: "plain", type: "button", "aria-pressed": "false", title: t("chart.as_table"), "aria-label": `${t("chart.as_table")}: ${this.heading}`, onclick: () => this.toggleTable() }, icon("table"));
     put(this,
       h("div", { class: "head" },
-        h("h2", { class: "clip" }, this.heading), this.note,
+        h("h2", { class: "clip", title: this.heading }, this.heading), this.note,
         h("div", { class: "actions" }, this.tableButton,
           h("button", { class: "plain", type: "button", title: t("chart.expand"), "aria-label": `${t("chart.expand")}: ${this.heading}`, onclick: () => this.toggleFullscreen() }, icon("expand")),
           chartMenu(this))),
@@ -101,7 +101,7 @@ export class ChartPanel extends HTMLElement {
     if (plot.parentElement !== body) put(body, plot, overlay);
     const narrow = body.clientWidth < NARROW_PX;
     const dressed = dressFigure(figure, {
-      colours: chartColours(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily,
+      colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily,
     });
     dressed.layout.dragmode = this.panning ? "pan" : "zoom";
     this.narrow = narrow;
@@ -160,7 +160,7 @@ export class ChartPanel extends HTMLElement {
     if (!first) return;
     const row = rowOf(first.customdata);
     if (row !== null) this.bus?.look(row, { label: first.fullData.meta?.label ?? null });
-    if (!this.bus?.now.locked) this.describe(points.map((/** @type {any} */ point) => ({ trace: point.fullData, x: point.x, y: point.y, text: point.text })));
+    if (!this.bus?.now.locked) this.describe(points.map((/** @type {any} */ point) => ({ trace: point.fullData, x: point.x, y: point.y, z: point.z, text: point.text })));
   }
 
   /** @param {any} event */
@@ -174,7 +174,7 @@ export class ChartPanel extends HTMLElement {
 
   onLeave() {
     if (this.bus && !this.bus.now.locked) this.bus.release();
-    else if (!this.bus) put(/** @type {HTMLElement} */ (this.strip));
+    else if (!this.bus) put(/** @type {HTMLElement} */ (this.strip), t("chart.strip_hint"));
   }
 
   /** Arrow keys step one mark, Escape frees the cursor. @param {KeyboardEvent} event */
@@ -197,7 +197,7 @@ export class ChartPanel extends HTMLElement {
     const row = this.bus?.now.row ?? null;
     const traces = this.plot?._fullData;
     this.marked = row === null || !traces ? [] : pointsOfRow(traces, row, this.figure && isOverTime(this.figure) ? null : this.bus?.now.label);
-    if (row === null) put(/** @type {HTMLElement} */ (this.strip));
+    if (row === null) put(/** @type {HTMLElement} */ (this.strip), t("chart.strip_hint"));
     else if (this.marked.length) this.describe(this.marked);
     this.placeCursor();
   }
@@ -222,7 +222,7 @@ export class ChartPanel extends HTMLElement {
     }
   }
 
-  /** @param {{trace: any, x: any, y: any, text?: any}[]} points */
+  /** @param {{trace: any, x: any, y: any, z?: any, text?: any}[]} points */
   describe(points) {
     const parts = describePoints(points, this.plot?.layout ?? {});
     put(/** @type {HTMLElement} */ (this.strip), parts.map((part) => h("span", null,

@@ -43,7 +43,7 @@ class EngineState extends HTMLElement {
 
   /** @param {Meta["engine"]} engine */
   show(engine) {
-    if (engine.state === "failed") put(this, h("span", { class: "bad", title: engine.detail ?? null }, t("engine.failed")));
+    if (engine.state === "failed" || engine.state === "stopped") put(this, h("span", { class: "bad", title: engine.detail ?? null }, t("engine.failed")));
     else if (engine.state !== "ready") put(this, h("span", { class: "warn", title: engine.detail ?? null }, t("engine.warming_up")));
     else {
       const busy = engine.running || engine.queued ? `, ${t("engine.busy", { running: engine.running, queued: engine.queued })}` : "";

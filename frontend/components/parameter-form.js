@@ -112,7 +112,7 @@ export class ParameterForm extends HTMLElement {
     const root = h("div", { class: "field", data: { name: field.name } },
       h("div", { class: "name" },
         h("label", { for: id }, field.title),
-        field.symbol ? h("span", { class: "symbol", "aria-hidden": "true" }, field.symbol) : null,
+        field.symbol ? symbolOf(field.symbol) : null,
         dot, reset),
       h("div", { class: "entry" }, input, unit ? h("span", { class: "unit" }, field.unit) : null),
       hint, error);
@@ -157,7 +157,7 @@ export class ParameterForm extends HTMLElement {
     if (!empty) return;
     const { text } = placeholderOf(field, this.site);
     const word = field.type === "boolean" ? t(text === "true" ? "form.yes" : "form.no") : text;
-    empty.textContent = t("form.default", { value: word });
+    empty.textContent = word ? t("form.default", { value: word }) : t("form.default_unnamed");
   }
 
   /** @param {FieldSpec} field @param {string} typed */
@@ -199,6 +199,12 @@ export class ParameterForm extends HTMLElement {
       this.json?.setAttribute("aria-invalid", "true");
     }
   }
+}
+
+/** A symbol of the paper with its index: σ_n. @param {string} text */
+export function symbolOf(text) {
+  const [base = "", index] = text.split(/_(.*)/s);
+  return h("span", { class: "symbol", "aria-hidden": "true" }, base, index ? h("sub", null, index) : null);
 }
 
 define("parameter-form", ParameterForm);

@@ -29,7 +29,8 @@ const LARGER = new Set(["answered_share"]);
  */
 function withTable(run, name, draw) {
   const box = h("div", null, loading());
-  loadTable(run.id, name).then((rows) => put(box, draw(rows)), (error) => put(box, h("div", { style: "padding: 12px" }, failed(error))));
+  loadTable(run.id, name).then(({ rows, total }) => put(box, draw(rows), rows.length < total ? h("p", { class: "table-foot" },
+    t("table.first_rows", { n: formatCount(rows.length) }), " ", h("a", { href: apiUrl(`runs/${run.id}/tables/${name}.csv`), download: "" }, t("table.all_as_csv"))) : null), (error) => put(box, h("div", { style: "padding: 12px" }, failed(error))));
   return box;
 }
 
@@ -227,12 +228,13 @@ function plainColumns(rows) {
 export function parametersTab(run) {
   return h("div", { class: "stack", style: "padding: 12px" }, run.algorithms.map((entry, i) => {
     const label = entry.label ?? entry.name;
-    const used = run.entries?.find((one) => one.label === label);
-    const settings = Object.entries(used?.settings ?? {});
+    const settings = Object.entries(run.settings?.[label] ?? {});
+    const notes = run.notes?.[label] ?? [];
+    const seconds = run.seconds?.[label];
     return h("section", { class: "stack", "aria-label": label },
       h("div", { class: "row" }, swatch(i), h("h3", { class: "break" }, label), h("a", { href: `#/algorithms/${encodeURIComponent(entry.name)}` }, entry.name),
-        used?.seconds ? h("span", { class: "muted small" }, formatDuration(used.seconds)) : null),
-      used?.notes?.length ? h("ul", { class: "notice stack tight" }, used.notes.map((note) => h("li", null, note.detail, note.count > 1 ? h("span", { class: "muted" }, ` (${formatCount(note.count)}×)`) : null))) : null,
+        seconds ? h("span", { class: "muted small" }, formatDuration(seconds)) : null),
+      notes.length ? h("ul", { class: "notice stack tight" }, notes.map((note) => h("li", null, note.detail, note.count > 1 ? h("span", { class: "muted" }, ` (${formatCount(note.count)}×)`) : null))) : null,
       settings.length ? h("div", { class: "table-wrap", tabindex: 0, role: "region", "aria-label": `${t("tab.parameters")}: ${label}` }, h("table", { data: { table: "settings" } },
         h("thead", null, h("tr", null, h("th", { scope: "col" }, t("algorithms.parameter")), h("th", { scope: "col", class: "number" }, t("parameters.used")), h("th", { scope: "col" }, t("parameters.source")))),
         h("tbody", null, settings.map(([name, setting]) => h("tr", null,

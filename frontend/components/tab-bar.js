@@ -14,9 +14,9 @@ export class TabBar extends HTMLElement {
   onchoose = () => {};
 
   connectedCallback() {
-    this.prefix = uniqueId("tab");
+    this.ids = uniqueId("tab");
     this.list = h("div", { class: "tabs", role: "tablist", "aria-label": this.label });
-    this.panel = h("div", { role: "tabpanel", id: `${this.prefix}-panel`, tabindex: 0 });
+    this.panel = h("div", { role: "tabpanel", id: `${this.ids}-panel`, tabindex: 0 });
     this.className = "card";
     this.style.display = "block";
     put(this, this.list, this.panel);
@@ -27,7 +27,7 @@ export class TabBar extends HTMLElement {
 
   drawTabs() {
     put(/** @type {HTMLElement} */ (this.list), this.tabs.map((tab) => h("button", {
-      type: "button", role: "tab", id: `${this.prefix}-${tab.name}`, "aria-controls": `${this.prefix}-panel`,
+      type: "button", role: "tab", id: `${this.ids}-${tab.name}`, "aria-controls": `${this.ids}-panel`,
       onclick: () => this.choose(tab.name),
     }, tab.title)));
   }
@@ -41,18 +41,18 @@ export class TabBar extends HTMLElement {
     if (!tab || !this.list || !this.panel) return;
     this.chosen = tab.name;
     for (const button of this.list.querySelectorAll("button")) {
-      const chosen = button.id === `${this.prefix}-${tab.name}`;
+      const chosen = button.id === `${this.ids}-${tab.name}`;
       button.setAttribute("aria-selected", String(chosen));
       button.tabIndex = chosen ? 0 : -1;
     }
-    this.panel.setAttribute("aria-labelledby", `${this.prefix}-${tab.name}`);
+    this.panel.setAttribute("aria-labelledby", `${this.ids}-${tab.name}`);
     put(this.panel, tab.draw());
     if (tell) this.onchoose(tab.name);
   }
 
   /** Put new words on a tab. @param {string} name @param {string} title */
   retitle(name, title) {
-    const button = this.list?.querySelector(`#${this.prefix}-${name}`);
+    const button = this.list?.querySelector(`#${this.ids}-${name}`);
     if (button) button.textContent = title;
   }
 
@@ -65,7 +65,7 @@ export class TabBar extends HTMLElement {
     const tab = this.tabs[(to + this.tabs.length) % this.tabs.length];
     if (!tab) return;
     this.choose(tab.name);
-    /** @type {HTMLElement | null | undefined} */ (this.list?.querySelector(`#${this.prefix}-${tab.name}`))?.focus();
+    /** @type {HTMLElement | null | undefined} */ (this.list?.querySelector(`#${this.ids}-${tab.name}`))?.focus();
   }
 }
 

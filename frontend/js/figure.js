@@ -11,14 +11,19 @@ import { formatNumber, formatQuantity } from "./numbers.js";
 /** Roles whose colour belongs to the theme and not to an entry. */
 const THEMED = { truth: "text", station: "text", measurement: "measurement", bound: "muted" };
 
+/** Few to many: the server's sequence for light surfaces, and what stands for each colour on dark ones. */
+const SEQUENCE = {
+  "#f0f4f8": "#1b2228", "#c9dcec": "#1d3a52", "#94bfdd": "#25587f", "#5a9bc8": "#3a7fb4", "#2a77ae": "#6fa8d6", "#0b4f82": "#b5d6f2",
+};
+
 /**
  * The figure as the page shows it: a changed copy.
  * @param {Figure} figure
- * @param {{colours: Colours, hidden: Set<string>, font: string, narrow: boolean}} look
+ * @param {{colours: Colours, dark: boolean, hidden: Set<string>, font: string, narrow: boolean}} look
  * @returns {Figure}
  */
-export function dressFigure(figure, { colours, hidden, font, narrow }) {
-  const data = figure.data.map((trace) => dressTrace(trace, colours, hidden));
+export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
+  const data = figure.data.map((trace) => dressTrace(trace, { colours, dark, hidden }));
   const layout = { ...figure.layout };
   delete layout.title;
   delete layout.width;
@@ -26,7 +31,9 @@ export function dressFigure(figure, { colours, hidden, font, narrow }) {
   layout.paper_bgcolor = "rgba(0,0,0,0)";
   layout.plot_bgcolor = "rgba(0,0,0,0)";
   layout.font = { ...layout.font, color: colours.text, family: font, size: narrow ? 11 : 12 };
-  layout.showlegend = false;
+  // The chips are the legend of the entries; only groups of measurements have one of their own.
+  layout.showlegend = data.some((trace) => trace.type === "bar");
+  layout.legend = { orientation: "h", x: 0, y: 1, xanchor: "left", yanchor: "bottom", font: { size: 11 }, traceorder: "normal" };
   layout.autosize = true;
   layout.uirevision = "kept";
   layout.margin = { l: narrow ? 48 : 58, r: 12, t: 8, b: narrow ? 36 : 40, pad: 0 };
@@ -35,6 +42,7 @@ export function dressFigure(figure, { colours, hidden, font, narrow }) {
     if (!/^[xy]axis\d*$/.test(name)) continue;
     layout[name] = {
       ...layout[name],
+      title: { ...layout[name].title, text: axisTitle(layout[name]), font: { size: narrow ? 11 : 12 } },
       color: colours.text,
       gridcolor: colours.grid,
       zerolinecolor: colours.line,
@@ -60,15 +68,18 @@ export function dressFigure(figure, { colours, hidden, font, narrow }) {
 
 /**
  * @param {Trace} trace
- * @param {Colours} colours
- * @param {Set<string>} hidden
+ * @param {{colours: Colours, dark: boolean, hidden: Set<string>}} look
  * @returns {Trace}
  */
-function dressTrace(trace, colours, hidden) {
+function dressTrace(trace, { colours, dark, hidden }) {
   const copy = { ...trace };
   const role = trace.meta?.role;
   const token = role ? /** @type {Record<string, keyof Colours>} */ (THEMED)[role] : undefined;
-  if (token) {
+  copy.showlegend = trace.type === "bar";
+  if (trace.type === "heatmap" || trace.type === "bar") {
+    if (dark && copy.colorscale) copy.colorscale = copy.colorscale.map((/** @type {[number, string]} */ [at, colour]) => [at, onDark(colour)]);
+    if (dark && typeof copy.marker?.color === "string") copy.marker = { ...copy.marker, color: onDark(copy.marker.color) };
+  } else if (token) {
     const colour = colours[token];
     if (copy.line) copy.line = { ...copy.line, color: colour };
     if (copy.marker) {
@@ -86,6 +97,11 @@ function dressTrace(trace, colours, hidden) {
   const label = trace.meta?.label;
   if (label && hidden.has(label)) copy.visible = false;
   return copy;
+}
+
+/** @param {string} colour */
+function onDark(colour) {
+  return /** @type {Record<string, string>} */ (SEQUENCE)[colour] ?? colour;
 }
 
 /**
@@ -121,14 +137,14 @@ export function splitTitle(title) {
  * @param {Trace[]} traces with decoded arrays
  * @param {number} row
  * @param {string | null} [label] only this entry's points, where it has any
- * @returns {{trace: Trace, x: any, y: any}[]}
+ * @returns {{trace: Trace, x: any, y: any, text?: any}[]}
  */
 export function pointsOfRow(traces, row, label = null) {
   const found = [];
   for (const trace of traces) {
     if (trace.visible === false || !trace.customdata) continue;
     for (let i = 0; i < trace.customdata.length; i += 1) {
-      if (rowOf(trace.customdata[i]) === row) found.push({ trace, x: trace.x[i], y: trace.y[i] });
+      if (rowOf(trace.customdata[i]) === row) found.push({ trace, x: trace.x[i], y: trace.y[i], text: trace.text?.[i] });
     }
   }
   const own = label ? found.filter((point) => point.trace.meta?.label === label) : [];
@@ -169,7 +185,7 @@ export function rowsOf(traces) {
 
 /**
  * What the strip under a chart says of some points: the instant first, then a value for each entry.
- * @param {{trace: Trace, x: any, y: any, text?: any}[]} points
+ * @param {{trace: Trace, x: any, y: any, z?: any, text?: any}[]} points
  * @param {Record<string, any>} layout
  * @returns {{name: string, value: string, colour: string | null}[]}
  */
@@ -177,21 +193,21 @@ export function describePoints(points, layout) {
   const first = points[0];
   if (!first) return [];
   const across = axisTitle(layout.xaxis);
-  const up = splitTitle(axisTitle(layout.yaxis));
+  const upOf = (/** @type {Trace} */ trace) => splitTitle(axisTitle(layout[`yaxis${String(trace.yaxis ?? "y").slice(1)}`]));
   const colourOf = (/** @type {Trace} */ trace) => {
     const colour = trace.line?.color ?? trace.marker?.color;
     return typeof colour === "string" ? colour : null;
   };
   if (across.startsWith("Time")) {
     const said = new Set();
-    const values = points.filter((point) => {
+    const values = points.filter((point) => point.z !== null).filter((point) => {
       const key = `${point.trace.name ?? ""} ${point.y}`;
       return !said.has(key) && said.add(key);
     });
     return [
       { name: t("chart.time"), value: `${formatNumber(Number(first.x), 5)} s`, colour: null },
       ...instantOf(Number(first.x), layout.meta?.start_utc),
-      ...values.map((point) => ({ name: point.trace.name ?? "", value: formatQuantity(Number(point.y), up.unit), colour: colourOf(point.trace) })),
+      ...values.map((point) => ({ name: point.trace.name ?? "", value: valueOf(point, upOf(point.trace).unit), colour: colourOf(point.trace) })),
     ];
   }
   const side = splitTitle(across);
@@ -200,8 +216,17 @@ export function describePoints(points, layout) {
     { name: first.trace.name ?? "", value: "", colour: colourOf(first.trace) },
     ...(Number.isFinite(time) && first.text !== "" && first.text !== null ? [{ name: t("chart.time"), value: `${formatNumber(time, 5)} s`, colour: null }] : []),
     { name: side.quantity, value: withUnit(first.x, side.unit), colour: null },
-    { name: up.quantity, value: withUnit(first.y, up.unit), colour: null },
+    { name: upOf(first.trace).quantity, value: withUnit(first.y, upOf(first.trace).unit), colour: null },
   ].filter((part) => part.name || part.value);
+}
+
+/**
+ * @param {{y: any, z?: any}} point a cell of a raster has its value in z and its row in y
+ * @param {string} unit
+ */
+function valueOf(point, unit) {
+  if (typeof point.z === "number") return `${point.y}: ${formatNumber(point.z)} %`;
+  return typeof point.y === "number" ? formatQuantity(point.y, unit) : String(point.y);
 }
 
 /**

@@ -48,7 +48,7 @@ export function formatCount(value) {
 export function formatExact(value) {
   if (value === null || value === undefined || value === "") return "–";
   if (typeof value === "number") return String(Number(value.toPrecision(12)));
-  if (typeof value === "object") return JSON.stringify(value);
+  if (typeof value === "object") return JSON.stringify(value, (_, one) => (one === null ? undefined : one)).replaceAll(",", ", ");
   return String(value);
 }
 

@@ -26,13 +26,18 @@ import { parseNumber, formatExact } from "./numbers.js";
  * @property {boolean} mostOpen
  */
 
+/** The order in which the groups of parameters stand in every form. */
+const GROUPS = ["measurement", "motion", "association", "start", "output"];
+
 /**
- * The fields of a schema in its order.
+ * The fields of a schema, group by group, inside a group in the schema's order.
  * @param {ParametersSchema} schema
  * @returns {FieldSpec[]}
  */
 export function fieldsOf(schema) {
-  return Object.entries(schema.properties ?? {}).map(([name, property]) => fieldOf(name, property, schema.$defs ?? {}));
+  const place = (/** @type {FieldSpec} */ field) => (GROUPS.includes(field.group) ? GROUPS.indexOf(field.group) : GROUPS.length);
+  return Object.entries(schema.properties ?? {}).map(([name, property]) => fieldOf(name, property, schema.$defs ?? {}))
+    .sort((a, b) => place(a) - place(b));
 }
 
 /**
@@ -59,7 +64,7 @@ function fieldOf(name, property, definitions) {
   const mostOpen = main.exclusiveMaximum ?? property.exclusiveMaximum;
   return {
     name,
-    title: property.title ?? name,
+    title: property.title ?? name.charAt(0).toUpperCase() + name.slice(1).replaceAll("_", " "),
     description: property.description ?? "",
     unit: property.unit ?? "",
     symbol: property.symbol ?? "",

@@ -15,13 +15,16 @@ export function rowsAsObjects(table) {
   return table.rows.map((row) => Object.fromEntries(table.columns.map((name, i) => [name, row[i] ?? null])));
 }
 
+// A table of the page shows at most so many rows; the rest is in the CSV, and the page says so.
+const MOST_ROWS = 20000;
+
 /**
  * @param {string} run
  * @param {string} name
- * @param {AbortSignal} [signal]
+ * @returns {Promise<{rows: Row[], total: number}>}
  */
-export async function loadTable(run, name, signal) {
+export async function loadTable(run, name) {
   /** @type {TableData} */
-  const table = await get(`runs/${run}/tables/${name}.json`, { signal });
-  return rowsAsObjects(table);
+  const table = await get(`runs/${run}/tables/${name}.json`, { query: { limit: MOST_ROWS } });
+  return { rows: rowsAsObjects(table), total: table.total ?? table.rows.length };
 }

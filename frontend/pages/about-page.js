@@ -3,7 +3,8 @@
 
 import { define, h, put } from "../js/dom.js";
 import { get } from "../js/api.js";
-import { t } from "../js/i18n.js";
+import { formatInstant, t, told } from "../js/i18n.js";
+import { formatBytes, formatCount } from "../js/numbers.js";
 import { setTitle } from "../components/app-frame.js";
 import { failed, loading } from "../components/states.js";
 
@@ -30,32 +31,50 @@ class AboutPage extends HTMLElement {
   draw(meta) {
     const docs = new URL("docs", document.baseURI).href;
     const openapi = new URL("openapi.json", document.baseURI).href;
+    const { engine, limits } = meta;
     put(this,
       h("h1", { class: "sr-only" }, t("nav.about")),
       h("div", { class: "stack narrow" },
-        h("section", { class: "card card-body stack" , style: "padding: 12px" },
+        section(t("about.program"), h("div", { class: "stack" },
           h("p", null, t("about.what")),
-          h("p", { class: "row" }, h("a", { href: docs }, t("about.docs")), h("a", { href: openapi }, "openapi.json"))),
-        Object.entries(meta).filter((pair) => pair[1] !== null && typeof pair[1] === "object").map(([name, value]) =>
-          h("section", { class: "card", "aria-label": name }, h("div", { class: "card-head" }, h("h2", null, name.replaceAll("_", " "))), h("div", { class: "card-body" }, pairs(value)))),
-        h("section", { class: "card card-body", style: "padding: 12px" },
-          pairs(Object.fromEntries(Object.entries(meta).filter((pair) => typeof pair[1] !== "object"))))));
+          pairs([
+            [t("about.version"), meta.version],
+            [t("about.licence"), meta.licence],
+            [t("about.started"), formatInstant(meta.started_at)],
+            [t("about.api"), h("span", { class: "row" }, h("a", { href: docs }, t("about.docs")), h("a", { href: openapi }, "openapi.json"))],
+          ]))),
+        section(t("about.engine"), pairs([
+          [t("runs.column_state"), told(`engine_state.${engine.state}`, engine.state)],
+          [t("about.workers"), formatCount(engine.workers)],
+          [t("state.running"), formatCount(engine.running)],
+          [t("state.queued"), formatCount(engine.queued)],
+          ...(engine.detail ? [/** @type {Pair} */ ([t("report.detail"), engine.detail])] : []),
+        ])),
+        section(t("about.limits"), pairs([
+          [t("about.max_upload"), formatBytes(limits.max_upload_bytes)],
+          [t("about.max_rows"), formatCount(limits.max_rows)],
+          [t("about.disk_free"), formatBytes(meta.disk_free_bytes)],
+        ])),
+        section(t("about.libraries"), pairs([
+          ...Object.entries(meta.versions),
+          ["plotly.js", meta.plotly_js],
+        ]))));
   }
 }
 
-/** @param {any} values @returns {HTMLElement} */
+/** @typedef {[string, Child]} Pair */
+
+/** @param {Pair[]} values */
 function pairs(values) {
-  return h("dl", { class: "pairs" }, Object.entries(values).flatMap(([name, value]) => [
-    h("dt", null, name.replaceAll("_", " ")),
-    h("dd", null, ...plain(value)),
-  ]));
+  return h("dl", { class: "pairs" }, values.flatMap(([name, value]) => [h("dt", null, name), h("dd", null, value)]));
 }
 
-/** @param {unknown} value @returns {Child[]} */
-function plain(value) {
-  if (Array.isArray(value)) return value.map((one) => h("div", null, ...plain(one)));
-  if (value && typeof value === "object") return [pairs(value)];
-  return [value === null || value === undefined || value === "" ? "–" : String(value)];
+/**
+ * @param {string} title
+ * @param {Node} body
+ */
+function section(title, body) {
+  return h("section", { class: "card", "aria-label": title }, h("div", { class: "card-head" }, h("h2", null, title)), h("div", { class: "card-body" }, body));
 }
 
 define("about-page", AboutPage);

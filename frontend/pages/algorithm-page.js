@@ -8,6 +8,7 @@ import { formatExact } from "../js/numbers.js";
 import { routeTo } from "../js/router.js";
 import { fieldsOf, rangeOf } from "../js/schema.js";
 import { setTitle } from "../components/app-frame.js";
+import { symbolOf } from "../components/parameter-form.js";
 import { failed, loading } from "../components/states.js";
 
 /** @import { Algorithm, Reference } from "../types.d.ts" */
@@ -24,7 +25,7 @@ class AlgorithmPage extends HTMLElement {
     try {
       /** @type {Algorithm} */
       const algorithm = await get(`algorithms/${encodeURIComponent(this.route.path[1] ?? "")}`, { signal: this.stop.signal });
-      setTitle(algorithm.title);
+      setTitle(algorithm.title, t("algorithms.one"));
       this.draw(algorithm);
     } catch (error) {
       if (!this.stop.signal.aborted) put(this, failed(error, { retry: () => this.connectedCallback() }));
@@ -57,7 +58,7 @@ function parameterTable(fields) {
     h("thead", null, h("tr", null, [t("algorithms.parameter"), t("algorithms.symbol"), t("algorithms.default"), t("algorithms.range"), t("algorithms.meaning")].map((one) => h("th", { scope: "col" }, one)))),
     h("tbody", null, fields.map((field) => h("tr", null,
       h("th", { scope: "row" }, field.title, h("br", null), h("code", { class: "muted" }, field.name)),
-      h("td", null, field.symbol ? h("i", null, field.symbol) : ""),
+      h("td", null, field.symbol ? symbolOf(field.symbol) : ""),
       h("td", { class: "nowrap" }, defaultText(field)),
       h("td", null, field.choices.length ? field.choices.map((choice) => h("div", null, h("code", null, String(choice.value)), choice.meaning ? `: ${choice.meaning}` : "")) : `${rangeOf(field)}${rangeOf(field) && field.unit ? ` ${field.unit}` : ""}`),
       h("td", null, field.description))))));

@@ -3,7 +3,7 @@
 
 import { define, h, put } from "../js/dom.js";
 import { Problem, apiUrl, get, remove } from "../js/api.js";
-import { formatInstant, t } from "../js/i18n.js";
+import { formatInstant, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatBytes } from "../js/numbers.js";
 import { CursorBus } from "../js/cursor.js";
@@ -17,7 +17,7 @@ import { failed, loading, stateBadge } from "../components/states.js";
 import { toast } from "../components/toast-area.js";
 import "../components/recording-upload.js";
 
-/** @import { Recording } from "../types.d.ts" */
+/** @import { ChartItem, Recording } from "../types.d.ts" */
 /** @import { Route } from "../js/router.js" */
 /** @import { RecordingUpload } from "../components/recording-upload.js" */
 
@@ -47,7 +47,7 @@ class RecordingPage extends HTMLElement {
     try {
       /** @type {Recording} */
       const recording = await get(`recordings/${this.recordingId}`, { signal: this.stop?.signal });
-      setTitle(recording.name);
+      setTitle(recording.name, t("recordings.one"));
       if (recording.state === "parsing") this.unwatch ??= watch(throttled(() => this.load()));
       else {
         this.unwatch?.();
@@ -63,7 +63,8 @@ class RecordingPage extends HTMLElement {
   draw(recording) {
     const ready = recording.state === "ready";
     const bus = new CursorBus();
-    const chart = (/** @type {string} */ name, /** @type {string} */ heading) => chartPanel({ source: `recordings/${recording.id}/charts/${name}`, heading, bus });
+    const charts = h("div", { class: "recording-charts" });
+    if (ready) this.drawCharts(recording, charts, bus);
     put(this,
       h("div", { class: "page-head" },
         h("h1", { class: "break" }, recording.name), stateBadge(recording.state),
@@ -76,7 +77,7 @@ class RecordingPage extends HTMLElement {
         h("section", { class: "card", "aria-label": t("recordings.what_was_read") },
           h("div", { class: "card-head" }, h("h2", null, t("recordings.what_was_read"))),
           h("div", { class: "card-body stack" }, readCounts(recording), warningsList(recording))),
-        ready ? h("div", { class: "recording-charts" }, chart("plan", t("chart.plan")), chart("receptions", t("chart.receptions"))) : null,
+        ready ? charts : null,
         h("div", { class: "columns" },
           h("section", { class: "card", "aria-label": t("report.rejections") },
             h("div", { class: "card-head" }, h("h2", null, t("report.rejections"))),
@@ -91,6 +92,21 @@ class RecordingPage extends HTMLElement {
           h("section", { class: "card", "aria-label": t("recordings.details") },
             h("div", { class: "card-head" }, h("h2", null, t("recordings.details"))),
             h("div", { class: "card-body" }, details(recording))))));
+  }
+
+  /**
+   * @param {Recording} recording
+   * @param {HTMLElement} box
+   * @param {CursorBus} bus
+   */
+  async drawCharts(recording, box, bus) {
+    try {
+      /** @type {{items: ChartItem[]}} */
+      const { items } = await get(`recordings/${recording.id}/charts`, { signal: this.stop?.signal });
+      put(box, items.map((chart) => chartPanel({ source: `recordings/${recording.id}/charts/${chart.name}`, heading: told(`chart.${chart.name}`, chart.title), bus })));
+    } catch (error) {
+      if (!this.stop?.signal.aborted) put(box, failed(error));
+    }
   }
 
   /** @param {Recording} recording */

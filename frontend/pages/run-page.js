@@ -67,7 +67,7 @@ class RunPage extends HTMLElement {
       /** @type {Run} */
       const run = await get(`runs/${this.runId}`, { signal: this.stop?.signal });
       this.run = run;
-      setTitle(titleOf(run));
+      setTitle(titleOf(run), t("run.title"));
       const active = run.state === "queued" || run.state === "running";
       if (active) this.unwatch ??= watch(throttled(() => this.load()));
       else {
