@@ -41,8 +41,11 @@ as_root() {
 apt_install() {
     works command -v apt-get && as_root true || return 1
     say "installing $* with apt"
-    as_root apt-get update -qq >&2 || say "apt-get update failed; trying with the package lists that are there"
-    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2
+    mkdir -p "$tools"
+    as_root apt-get update -qq >"$tools/apt.log" 2>&1 ||
+        say "apt-get update failed (.tools/apt.log); trying with the package lists that are there"
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" \
+        >>"$tools/apt.log" 2>&1 || { tail -n 3 "$tools/apt.log" >&2 && return 1; }
 }
 
 # uv --------------------------------------------------------------------------------------------------------------
