@@ -1,0 +1,276 @@
+"""Charts of runs and recordings: the same address gives the figure, its numbers, or a page that stands alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from io import StringIO
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query, Request, Response
+from pydantic import BaseModel, ConfigDict, Field
+
+from algorithms.recording import Recording, recording_from_arrays
+from backend.api import uploads
+from backend.api.algorithms import catalogue
+from backend.api.responses import Responses, content, problems
+from backend.api.services import Services, ServicesDep
+from backend.api.tables import finished
+from backend.charts.view import Chart as DeclaredChart
+from backend.charts.view import ChartOptions, Entry, RecordingView, RunView
+from backend.db import runs as stored
+from backend.errors import NotFoundError
+from backend.files.table_writer import write_table_csv
+from backend.http.etag import etag_of, matches, not_modified
+from backend.version import program_version
+
+router = APIRouter(tags=["charts"])
+
+Form = Literal["json", "csv", "html"]
+
+
+class ChartItem(BaseModel):
+    """A chart that can be drawn."""
+
+    name: str
+    title: str
+
+
+class ChartList(BaseModel):
+    """All charts of a run or a recording."""
+
+    items: list[ChartItem]
+
+
+class ChartQuery(BaseModel):
+    """How much to draw."""
+
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+
+    points: Annotated[int, Field(ge=10, le=200_000)] = 2000
+    """Most points of one curve; a decimated chart says so."""
+    full: bool = False
+    """Every point, in double precision."""
+
+
+class NoQuery(BaseModel):
+    """No query parameters."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+_FIGURE: Responses = content("application/json", "Plotly figure with base64 typed arrays", {"type": "object"})
+_ROWS: Responses = content("text/csv", "Every point of the chart, one row each")
+_PAGE: Responses = content("text/html", "A page that stands alone, offline")
+
+
+@router.get("/runs/{run_id}/charts", name="list_run_charts", responses=problems(404, 409))
+def list_run_charts(run_id: str, services: ServicesDep) -> ChartList:
+    """List the charts of a run."""
+    run = finished(services, run_id)
+    return ChartList(items=[ChartItem(name=c.name, title=c.title) for c in _run_charts(run)])
+
+
+@router.get(
+    "/runs/{run_id}/charts/{chart}.json",
+    name="get_run_chart",
+    response_class=Response,
+    responses=_FIGURE | problems(404, 409),
+)
+def get_run_chart(
+    run_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[ChartQuery, Query()]
+) -> Response:
+    """Draw a chart of a run."""
+    return _of_run(services, request, run_id, chart, "json", query)
+
+
+@router.get(
+    "/runs/{run_id}/charts/{chart}.csv",
+    name="get_run_chart_csv",
+    response_class=Response,
+    responses=_ROWS | problems(404, 409),
+)
+def get_run_chart_csv(
+    run_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+) -> Response:
+    """Give the numbers of a chart of a run, all of them."""
+    return _of_run(services, request, run_id, chart, "csv", ChartQuery(full=True))
+
+
+@router.get(
+    "/runs/{run_id}/charts/{chart}.html",
+    name="get_run_chart_page",
+    response_class=Response,
+    responses=_PAGE | problems(404, 409),
+)
+def get_run_chart_page(
+    run_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[ChartQuery, Query()]
+) -> Response:
+    """Draw a chart of a run as a page that needs no server."""
+    return _of_run(services, request, run_id, chart, "html", query)
+
+
+@router.get("/recordings/{recording_id}/charts", name="list_recording_charts", responses=problems(404, 409))
+def list_recording_charts(recording_id: str, services: ServicesDep) -> ChartList:
+    """List the charts of a recording."""
+    recording = uploads.ready(services, recording_id)
+    return ChartList(items=[ChartItem(name=c.name, title=c.title) for c in _recording_charts(recording.kind)])
+
+
+@router.get(
+    "/recordings/{recording_id}/charts/{chart}.json",
+    name="get_recording_chart",
+    response_class=Response,
+    responses=_FIGURE | problems(404, 409),
+)
+def get_recording_chart(
+    recording_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[ChartQuery, Query()]
+) -> Response:
+    """Draw a chart of a recording."""
+    return _of_recording(services, request, recording_id, chart, "json", query)
+
+
+@router.get(
+    "/recordings/{recording_id}/charts/{chart}.csv",
+    name="get_recording_chart_csv",
+    response_class=Response,
+    responses=_ROWS | problems(404, 409),
+)
+def get_recording_chart_csv(
+    recording_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+) -> Response:
+    """Give the numbers of a chart of a recording, all of them."""
+    return _of_recording(services, request, recording_id, chart, "csv", ChartQuery(full=True))
+
+
+@router.get(
+    "/recordings/{recording_id}/charts/{chart}.html",
+    name="get_recording_chart_page",
+    response_class=Response,
+    responses=_PAGE | problems(404, 409),
+)
+def get_recording_chart_page(
+    recording_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[ChartQuery, Query()]
+) -> Response:
+    """Draw a chart of a recording as a page that needs no server."""
+    return _of_recording(services, request, recording_id, chart, "html", query)
+
+
+def _run_charts(run: stored.Run) -> list[DeclaredChart]:
+    """Return the charts that the run's algorithms declare, in the order in which the first declares them."""
+    from backend.charts.catalogue import charts
+
+    found = charts("run")
+    names = dict.fromkeys(
+        name
+        for entry in run.algorithms
+        if (algorithm := catalogue().get(entry.name)) is not None
+        for name in algorithm.charts
+    )
+    return [found[name] for name in names if name in found]
+
+
+def _recording_charts(kind: str | None) -> tuple[DeclaredChart, ...]:
+    from backend.charts.catalogue import charts_of_kind
+
+    assert kind is not None
+    return charts_of_kind("recording", kind)  # type: ignore[arg-type]  # the database keeps kinds as text
+
+
+def _of_run(services: Services, request: Request, run_id: str, name: str, form: Form, query: ChartQuery) -> Response:
+    run = finished(services, run_id)
+    chart = _named(_run_charts(run), name)
+    version = (run.id, run.result_sha256 or "", run.label if form == "html" else "")
+    file_name = f"{name}-{run_id}"
+    heading = run.label or str(run.source.get("name", run_id))
+
+    def draw() -> dict[str, Any]:
+        return chart.draw(_run_view(services, run), _options(query))
+
+    return _drawn(request, draw, form, query, version, file_name, heading)
+
+
+def _of_recording(
+    services: Services, request: Request, recording_id: str, name: str, form: Form, query: ChartQuery
+) -> Response:
+    recording = uploads.ready(services, recording_id)
+    chart = _named(_recording_charts(recording.kind), name)
+    assert recording.data_sha256 is not None
+    sha256 = recording.data_sha256
+    file_name = f"{name}-{recording_id}"
+
+    def draw() -> dict[str, Any]:
+        view = RecordingView(recording_from_arrays(services.store.get_arrays(sha256)))
+        return chart.draw(view, _options(query))
+
+    return _drawn(request, draw, form, query, (recording.id, sha256), file_name, recording.name)
+
+
+def _named(found: list[DeclaredChart] | tuple[DeclaredChart, ...], name: str) -> DeclaredChart:
+    for chart in found:
+        if chart.name == name:
+            return chart
+    raise NotFoundError(
+        f"There is no chart {name!r} here.",
+        remedy=f"There are: {', '.join(c.name for c in found)}." if found else "There is none at all.",
+        code="chart_not_found",
+    )
+
+
+def _options(query: ChartQuery) -> ChartOptions:
+    return ChartOptions(points=query.points, full=query.full)
+
+
+def _run_view(services: Services, run: stored.Run) -> RunView:
+    from backend.jobs.results import load_entry_arrays, load_entry_table
+
+    def entry(index: int, declared: stored.Entry) -> Entry:
+        return Entry(
+            label=declared.label,
+            index=index,
+            algorithm=declared.name,
+            table=lambda name: load_entry_table(services.database, services.store, run, declared.label, name),
+            arrays=lambda: load_entry_arrays(services.store, run, declared.label),
+        )
+
+    return RunView(
+        recording=_recording_of(services, run),
+        entries=tuple(entry(i, e) for i, e in enumerate(run.algorithms)),
+    )
+
+
+def _recording_of(services: Services, run: stored.Run) -> Recording:
+    recording = uploads.ready(services, str(run.source["recording_id"]))
+    assert recording.data_sha256 is not None
+    return recording_from_arrays(services.store.get_arrays(recording.data_sha256))
+
+
+def _drawn(
+    request: Request,
+    draw: Callable[[], dict[str, Any]],
+    form: Form,
+    query: ChartQuery,
+    version: tuple[str, ...],
+    file_name: str,
+    heading: str,
+) -> Response:
+    # How a chart looks may change with the program's version.
+    etag = etag_of(program_version(), form, file_name, query.model_dump_json(), *version)
+    if matches(request, etag):
+        return not_modified(etag)
+    headers = {"ETag": etag, "Cache-Control": "private, no-cache"}
+    figure = draw()
+    if form == "json":
+        from backend.charts.figure import figure_json
+
+        return Response(figure_json(figure), media_type="application/json", headers=headers)
+    headers["Content-Disposition"] = f'attachment; filename="{file_name}.{form}"'
+    if form == "csv":
+        from backend.charts.table import chart_table
+
+        out = StringIO()
+        write_table_csv(chart_table(figure), out)
+        return Response(out.getvalue(), media_type="text/csv; charset=utf-8", headers=headers)
+    from backend.charts.html import CONTENT_SECURITY_POLICY, chart_page
+
+    headers["Content-Security-Policy"] = CONTENT_SECURITY_POLICY
+    return Response(chart_page(figure, heading), media_type="text/html; charset=utf-8", headers=headers)

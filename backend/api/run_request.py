@@ -1,0 +1,153 @@
+"""Check a requested run completely before it is queued, and say everything that is wrong at once."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from pydantic import ValidationError
+
+from algorithms.spec import Algorithm
+from backend.api.algorithms import catalogue
+from backend.api.run_schemas import EntryIn, RunIn
+from backend.api.services import Services
+from backend.db import recordings
+from backend.db.recordings import Recording
+from backend.db.runs import Entry
+from backend.errors import NotFoundError, StateError
+from backend.http.problems import ProblemError, ProblemItem, items_of, pointer_of, summary_of
+
+# Kinds whose numbers mean nothing without the places of the stations.
+_NEEDS_SITE = {"toa_marks": "stations", "doppler_pairs": "transmitters and receivers"}
+
+_LATER = {
+    "scenario": ("scenario_not_available", "Scenarios cannot be run yet; give `recording_id`."),
+    "study": ("study_not_available", "Studies cannot be run yet; give `algorithms` and `recording_id`."),
+    "sweep": ("sweep_not_available", "Sweeps cannot be run yet; give one entry per value in `algorithms`."),
+}
+
+
+def checked(services: Services, request: RunIn) -> tuple[list[Entry], Recording]:
+    """Return the entries and the recording of a run that can start."""
+    _refuse_what_comes_later(request)
+    recording = _recording(services, request)
+    problems: list[ProblemItem] = []
+    if not request.algorithms:
+        problems.append(_item("/algorithms", "Name at least one algorithm.", "missing"))
+    if request.trials not in (None, 1):
+        problems.append(_item("/trials", "A recording is one trial; leave this out.", "trials_of_a_recording"))
+    problems += _labels(request.algorithms)
+    for i, entry in enumerate(request.algorithms):
+        problems += _entry(f"/algorithms/{i}", entry, recording)
+    needed = _NEEDS_SITE.get(recording.kind or "")
+    if needed and recording.site is None:
+        problems.append(
+            _item(
+                "/site",
+                f"The recording {recording.name!r} has no site, and its measurements mean nothing without the places "
+                f"of the {needed}. Read it again with a `site` (POST /api/v1/recordings, from_recording_id).",
+                "site_missing",
+            )
+        )
+    if problems:
+        first = problems[0].code
+        code = first if all(p.code == first for p in problems) and first in _OWN_CODES else "validation"
+        raise ProblemError(422, code, summary_of(problems), errors=problems)
+    entries = [Entry(name=e.name, label=e.label or e.name, parameters=e.parameters) for e in request.algorithms]
+    return entries, recording
+
+
+_OWN_CODES = ("site_missing", "kind_mismatch", "algorithm_not_found", "label_repeated", "trials_of_a_recording")
+
+
+def _item(pointer: str, detail: str, code: str) -> ProblemItem:
+    return ProblemItem(pointer=pointer, detail=detail, code=code)
+
+
+def _fail(pointer: str, detail: str, code: str) -> ProblemError:
+    return ProblemError(422, code, detail, errors=[_item(pointer, detail, code)])
+
+
+def _refuse_what_comes_later(request: RunIn) -> None:
+    for field, (code, detail) in _LATER.items():
+        if getattr(request, field) is not None:
+            raise _fail(f"/{field}", detail, code)
+
+
+def _recording(services: Services, request: RunIn) -> Recording:
+    if (request.recording_id is None) == (request.recording_ids is None):
+        raise _fail("/recording_id", "Give exactly one source: `recording_id`.", "source_missing")
+    pointer = "/recording_id"
+    recording_id = request.recording_id
+    if request.recording_ids is not None:
+        pointer = "/recording_ids/0"
+        if len(request.recording_ids) != 1:
+            raise _fail(
+                "/recording_ids",
+                "Runs over several recordings are not possible yet; give exactly one.",
+                "recordings_not_available",
+            )
+        recording_id = request.recording_ids[0]
+    assert recording_id is not None
+    with services.database.read() as connection:
+        try:
+            recording = recordings.get_recording(connection, recording_id)
+        except NotFoundError as error:
+            raise _fail(pointer, error.message, error.code) from error
+    if recording.state == "parsing":
+        raise StateError(
+            f"The recording {recording.name!r} is still being read.",
+            remedy="Try again when its state is `ready`.",
+            code="recording_not_ready",
+        )
+    if recording.state == "failed":
+        raise StateError(
+            f"The recording {recording.name!r} could not be read.",
+            remedy="Its `error` says why; read it again with other options.",
+            code="recording_failed",
+        )
+    return recording
+
+
+def _labels(entries: Sequence[EntryIn]) -> list[ProblemItem]:
+    labels = [e.label or e.name for e in entries]
+    return [
+        _item(
+            f"/algorithms/{i}/label",
+            f"The label {label!r} is taken by entry {labels.index(label)}; give each entry its own.",
+            "label_repeated",
+        )
+        for i, label in enumerate(labels)
+        if labels.index(label) < i
+    ]
+
+
+def _entry(pointer: str, entry: EntryIn, recording: Recording) -> list[ProblemItem]:
+    algorithm = catalogue().get(entry.name)
+    if algorithm is None:
+        detail = f"There is no algorithm {entry.name!r}; there are {', '.join(catalogue())}."
+        return [_item(f"{pointer}/name", detail, "algorithm_not_found")]
+    if recording.kind not in algorithm.takes:
+        detail = (
+            f"{entry.name} takes {' or '.join(algorithm.takes)}, and this recording holds {recording.kind}. "
+            "Choose another algorithm or another recording."
+        )
+        return [_item(f"{pointer}/name", detail, "kind_mismatch")]
+    return _parameters(f"{pointer}/parameters", algorithm, entry)
+
+
+def _parameters(pointer: str, algorithm: Algorithm, entry: EntryIn) -> list[ProblemItem]:
+    try:
+        # Strict: "10" is not 10 and true is not 1. Nothing is reinterpreted silently.
+        algorithm.parameters.model_validate_json(json.dumps(entry.parameters), strict=True)
+    except ValidationError as error:
+        items = items_of(error, pointer)
+        known = algorithm.parameters.model_fields
+        for item, e in zip(items, error.errors(), strict=True):
+            if e["type"] == "extra_forbidden" and len(e["loc"]) == 1:
+                item.detail = (
+                    f"{algorithm.name} has no parameter{pointer_of(e['loc']).replace('/', ' ')}; "
+                    f"it has {', '.join(known)}."
+                )
+        return items
+    return []
