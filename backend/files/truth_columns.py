@@ -44,15 +44,16 @@ class TruthColumns:
         position = np.stack([columns.number(n) for n in names], axis=1)
         if names[2] not in columns.numbers:
             position[:, 2] = 0.0
-        given = np.isfinite(position[:, :2])
-        partial = (given.any(axis=1) & ~np.isfinite(position).all(axis=1)) | (given.any(axis=1) & ~given.all(axis=1))
+        complete = np.isfinite(position).all(axis=1)
+        # A height alone claims no position: it stands in every row of some recorders.
+        partial = np.isfinite(position[:, :2]).any(axis=1) & ~complete
         if partial.any():
             findings.warn(
                 "truth_incomplete",
                 f"Rows whose truth lacks a coordinate count as rows without truth: {some(columns.row[partial])}.",
                 int(partial.sum()),
             )
-        position[~np.isfinite(position).all(axis=1)] = np.nan
+        position[~complete] = np.nan
         velocity = np.stack([columns.number(n) for n in _VELOCITY], axis=1)
         if self.form == "enu":
             return position, velocity, None

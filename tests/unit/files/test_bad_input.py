@@ -287,3 +287,9 @@ def test_bytes_in_no_encoding(read):
     with pytest.raises(InputError) as e:
         read(HEADER.encode() + b"1,5,6,\x98\xff\n")
     assert e.value.code == "encoding"
+
+
+def test_an_endless_first_line(read):
+    with pytest.raises(UnsupportedFormatError) as e:
+        read("time_s," + ",".join(f"toa_{i}_ns" for i in range(20_000)) + "\n")
+    assert e.value.code == "no_columns"
