@@ -15,6 +15,8 @@ from backend.charts.columns import Floats, Ints
 GAP = -1
 # A segment keeps its ends and its farthest point, however many segments share the budget.
 FEWEST = 3
+HOLE_S = 60.0
+HOLE_INTERVALS = 5.0
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,19 @@ class Picked:
         if gap.any():
             out[gap] = np.nan if out.dtype.kind == "f" else GAP if out.dtype.kind in "iu" else ""
         return out
+
+
+def line_starts(key: Ints, time: Floats) -> NDArray[np.bool_]:
+    """First points of lines over points sorted by key (track, target) and time.
+
+    A line ends with its key, and at a hole: longer than a minute and than five usual intervals, it says that nothing
+    is known between its sides.
+    """
+    starts = np.append(True, key[1:] != key[:-1])[: key.size]
+    step = np.append(np.nan, np.diff(time))[: key.size]
+    within = step[~starts & (step > 0)]
+    hole = max(HOLE_S, HOLE_INTERVALS * float(np.median(within))) if within.size else np.inf
+    return starts | (step > hole)
 
 
 def curve(time: Floats, values: tuple[Floats, ...], starts: NDArray[np.bool_], most: int | None) -> Picked:

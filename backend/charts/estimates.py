@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from algorithms.result import Table
 from backend.charts.columns import Floats, Ints, codes, numbers, row_numbers, used_marks, words
+from backend.charts.decimate import line_starts
 from backend.charts.view import Entry
 
 
@@ -19,7 +20,7 @@ class Estimates:
 
     Attributes
     ----------
-    starts : (n,) bool, first row of each track
+    starts : (n,) bool, first row of each unbroken piece of a track
     used : (n,) bool, False where the mark did not go into the estimate (a coast, a rejected mark)
     moving : whether the algorithm keeps tracks (it states a velocity); single fixes are not joined by lines
     """
@@ -63,7 +64,7 @@ def estimates_of(entry: Entry) -> Estimates:
         order=order,
         time_s=time[order],
         row=row_numbers(table)[order],
-        starts=np.append(True, track[1:] != track[:-1])[: track.size],
+        starts=line_starts(track, time[order]),
         used=used_marks(table)[order],
         moving=bool(np.isfinite(velocity).any()),
     )

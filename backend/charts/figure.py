@@ -34,11 +34,12 @@ Trace = dict[str, Any]
 
 # More points than this in one chart are drawn by WebGL: SVG markers take 0.6 s per 10,000.
 SVG_POINTS = 5000
+SUMMARY_POINTS = 500
 # Words in the hover (target, track, reason) for at most so many points of a trace; texts are heavy.
 HOVER_WORDS = 5000
+DECADES_WITH_DIGITS = 3.5
 
 _REASONS = {
-    "no_truth": "The recording holds no true positions.",
     "no_altitude": "No altitude was decoded, estimated or known.",
     "no_marks": "The recording holds no marks.",
     "no_states": "No algorithm of this run gave an estimate.",
@@ -133,6 +134,8 @@ def axis(title: str, **properties: Any) -> dict[str, Any]:
         "ticks": "outside",
         "tickcolor": theme.AXIS,
         "ticklen": 4,
+        "exponentformat": "none",
+        "separatethousands": True,
     } | properties
 
 
@@ -142,9 +145,17 @@ def time_axis(recording: Recording, **properties: Any) -> dict[str, Any]:
     return axis("Time, s" if start is None else f"Time from {start.replace('T', ' ')}, s", **properties)
 
 
-def log_axis(title: str, **properties: Any) -> dict[str, Any]:
-    """A logarithmic axis with decades as powers of ten and the digits 2 and 5 between."""
-    return axis(title, type="log", dtick="D2", exponentformat="power", minexponent=4, **properties)
+def log_axis(title: str, traces: Sequence[Trace], **properties: Any) -> dict[str, Any]:
+    """A logarithmic axis for what these traces hold: with 2 and 5 between the decades where they are few."""
+    values = np.concatenate([np.asarray(t["y"], np.float64) for t in traces] or [np.empty(0)])
+    values = values[values > 0]
+    few = values.size == 0 or np.log10(values.max() / values.min()) <= DECADES_WITH_DIGITS
+    return axis(title, type="log", dtick="D2" if few else 1, **properties)
+
+
+def crowd_opacity(count: int, most: float = 0.45) -> float:
+    """Opacity of single marks: the more there are, the fainter, so that a crowd shows its density."""
+    return float(np.clip(most * np.sqrt(1500 / max(count, 1)), 0.1, most))
 
 
 def drawn_by_webgl(traces: Iterable[Trace]) -> None:
@@ -152,9 +163,15 @@ def drawn_by_webgl(traces: Iterable[Trace]) -> None:
     with_markers = [t for t in traces if t["type"] == "scatter" and "markers" in t.get("mode", "")]
     if sum(len(t["x"]) for t in with_markers) > SVG_POINTS:
         for t in with_markers:
-            # Labels of stations would lie under the canvas.
-            if "text" not in t["mode"]:
+            # Summaries and stations stay SVG, which lies over the canvas.
+            if len(t["x"]) > SUMMARY_POINTS:
                 t["type"] = "scattergl"
+
+
+def outside_view(count: int, of: int, noun: str) -> ChartNote:
+    """Say how many points the first view leaves out."""
+    text = f"Outside the first view: {thousands(count)} of {counted(of, noun)}; a double click shows them."
+    return ChartNote("outside_view", text)
 
 
 def figure(
@@ -200,12 +217,17 @@ def _layout(heading: dict[str, Any], about: dict[str, Any]) -> dict[str, Any]:
         "font": {"family": theme.FONT, "size": 12, "color": theme.TEXT},
         "paper_bgcolor": theme.SURFACE,
         "plot_bgcolor": theme.SURFACE,
-        "margin": {"l": 56, "r": 16, "t": 64, "b": 44},
+        "margin": {"l": 56, "r": 16, "t": 56, "b": 44},
         "hovermode": "closest",
         "separators": ".\u2009",
-        "legend": {"orientation": "h", "x": 0, "y": 1, "xanchor": "left", "yanchor": "bottom"},
+        "legend": {"orientation": "h", "x": 0, "y": 0, "yref": "container", "yanchor": "bottom"},
         "uirevision": "keep",
     }
+
+
+def counted(count: int, noun: str) -> str:
+    """A count with its noun: 1 mark, 1 200 marks."""
+    return f"{thousands(count)} {noun}" + ("" if count == 1 else "s")
 
 
 def thousands(count: int) -> str:

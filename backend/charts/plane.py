@@ -7,21 +7,34 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from algorithms.recording import PolarPlots, Recording
 from algorithms.site import Site
 from backend.charts import theme
 from backend.charts.columns import Floats
-from backend.charts.decimate import Picked, curve, thin
-from backend.charts.figure import ChartNote, Trace, axis, figure, hover, not_applicable, thousands, trace
+from backend.charts.decimate import Picked, curve, line_starts, thin
+from backend.charts.figure import (
+    ChartNote,
+    Trace,
+    axis,
+    counted,
+    figure,
+    hover,
+    not_applicable,
+    outside_view,
+    thousands,
+    trace,
+)
 from backend.charts.plots import plot_positions
 from backend.charts.view import ChartOptions, Figure
 
 # Names are written beside so many stations; more would cover each other and stand in the hover alone.
 NAMED_STATIONS = 40
 KILOMETRES_FROM_M = 3000.0
-# The first view holds what lies within three spans of the middle 90 % of the points; the rest is counted.
-VIEW_SPANS = 3.0
+# The first view holds what lies within half a span of the middle 90 % of the points; the rest is counted.
+VIEW_SPANS = 0.5
+FIXED = ("station", "truth")
 # In a hover: where the point is, in the unit that `Plane.draw` settles on, and which mark it stands for.
 PLACE = "PLACE"
 MARK = "%{text:.3f} s, row %{customdata}"
@@ -44,9 +57,8 @@ class Plane:
             return
         order = np.lexsort((recording.time_s, recording.target))
         target, time = recording.target[order], recording.time_s[order]
-        starts = np.append(True, target[1:] != target[:-1])
         east, north = recording.truth_m[order, 0], recording.truth_m[order, 1]
-        points = curve(time, (east, north), starts, self.options.curve_points)
+        points = curve(time, (east, north), line_starts(target, time), self.options.curve_points)
         self.picked.append(points)
         names = np.array(recording.targets, object)[target]
         self.traces.append(
@@ -86,8 +98,8 @@ class Plane:
             )
         )
         if where.slant_as_ground:
-            count = thousands(where.slant_as_ground)
-            text = f"{count} slant ranges have neither elevation nor altitude and are drawn as ground ranges."
+            count = counted(where.slant_as_ground, "slant range")
+            text = f"Drawn as ground ranges for want of elevation and altitude: {count}."
             self.notes.append(ChartNote("slant_as_ground", text))
         if where.radar_at_origin:
             text = "The site does not name every radar; its plots are drawn around the origin."
@@ -121,6 +133,7 @@ class Plane:
                 marker={
                     "symbol": "triangle-up",
                     "size": size,
+                    "opacity": 1,
                     "color": theme.STATION,
                     "line": {"color": theme.SURFACE, "width": 1},
                 },
@@ -137,14 +150,14 @@ class Plane:
         east, north = (np.concatenate([np.asarray(t[key], np.float64) for t in shown]) for key in "xy")
         finite = np.isfinite(east) & np.isfinite(north)
         east, north = east[finite], north[finite]
-        view = _view(east), _view(north)
+        # Where the stations stand and the targets really were is always in view.
+        fixed = np.concatenate([np.full(len(t["x"]), t["meta"]["role"] in FIXED) for t in shown])[finite]
+        view = _view(east, fixed), _view(north, fixed)
         inside = np.ones(east.size, bool)
         for values, (low, high) in zip((east, north), view, strict=True):
             inside &= (values >= low) & (values <= high)
         if not inside.all():
-            outside = f"{thousands(int((~inside).sum()))} of {thousands(inside.size)} points"
-            text = f"{outside} lie outside the first view; a double click shows them."
-            self.notes.append(ChartNote("outside_view", text))
+            self.notes.append(outside_view(int((~inside).sum()), inside.size, "point"))
         in_km = max(high - low for low, high in view) >= KILOMETRES_FROM_M
         scale, unit, digits = (1e-3, "km", 3) if in_km else (1.0, "m", 1)
         place = f"%{{x:.{digits}f}} {unit} east, %{{y:.{digits}f}} {unit} north"
@@ -160,15 +173,16 @@ class Plane:
             recording=self.recording,
             picked=self.picked,
             notes=self.notes,
-            xaxis=axis(f"East, {unit}", range=x_range, constrain="domain"),
-            yaxis=axis(f"North, {unit}", range=y_range, scaleanchor="x", scaleratio=1, constrain="domain"),
+            xaxis=axis(f"East, {unit}", range=x_range),
+            yaxis=axis(f"North, {unit}", range=y_range, scaleanchor="x", scaleratio=1),
             dragmode="pan",
         )
 
 
-def _view(values: Floats) -> tuple[float, float]:
-    low, middle, high = np.percentile(values, (5, 50, 95))
-    near = values[np.abs(values - middle) <= VIEW_SPANS * max(high - low, 1.0)]
+def _view(values: Floats, fixed: NDArray[np.bool_]) -> tuple[float, float]:
+    low, high = np.percentile(values, (5, 95))
+    reach = VIEW_SPANS * max(high - low, 1.0)
+    near = values[fixed | ((values >= low - reach) & (values <= high + reach))]
     low, high = float(near.min()), float(near.max())
     margin = max(0.05 * (high - low), 50.0)
     return low - margin, high + margin

@@ -15,6 +15,8 @@ from backend.charts.view import Chart, ChartOptions, Figure, RecordingView
 
 TITLE = "Measurements"
 GAP = 0.06
+# Channels named in the legend; of more, the hover names each.
+NAMED = 6
 Panel = tuple[str, tuple[tuple[str, Floats], ...]]
 
 
@@ -32,8 +34,9 @@ def draw(view: RecordingView, options: ChartOptions) -> Figure:
         top = 1 - i * (height + GAP)
         key = "" if i == 0 else str(i + 1)
         axes[f"yaxis{key}"] = axis(title, domain=[max(top - height, 0), top])
+        most = None if options.marks is None else max(options.marks // len(quantities), 1)
         for k, (name, values) in enumerate(quantities):
-            points = thin(np.flatnonzero(np.isfinite(values)), options.marks)
+            points = thin(np.flatnonzero(np.isfinite(values)), most)
             picked.append(points)
             # Channels of one quantity are told apart by symbol; all are measurements.
             symbol = theme.SYMBOLS[k % len(theme.SYMBOLS)] + ("-open" if k else "")
@@ -43,6 +46,7 @@ def draw(view: RecordingView, options: ChartOptions) -> Figure:
                     points.take(recording.time_s),
                     options.number(points.take(values)),
                     name=name,
+                    showlegend=1 < len(quantities) <= NAMED,
                     yaxis=f"y{key}",
                     mode="markers",
                     marker={"color": theme.MEASUREMENT, "size": 4, "symbol": symbol},
@@ -88,7 +92,7 @@ def _panels(recording: Recording) -> list[Panel]:
             spread = recording.toa_s[:, :, 0] - _first_reception(recording)[:, None]
             delay = [(f"station {name}", 1e6 * spread[:, i]) for i, name in enumerate(recording.stations)]
             return [
-                ("Delay after the first reception, µs", tuple(delay)),
+                ("Delay, µs", tuple(delay)),
                 ("Altitude, m", (("altitude", recording.altitude_m[:, 0]),)),
             ]
     return []

@@ -10,7 +10,7 @@ from algorithms.recording import PolarPlots, Recording, ToaMarks
 from algorithms.toolbox.frames.earth import altitude_from_position, sphere, wgs84
 from backend.charts import theme
 from backend.charts.columns import Floats
-from backend.charts.decimate import Picked, curve, thin
+from backend.charts.decimate import Picked, curve, line_starts, thin
 from backend.charts.estimates import Estimates, estimates_of
 from backend.charts.figure import (
     ChartNote,
@@ -21,7 +21,7 @@ from backend.charts.figure import (
     line_of,
     marker_of,
     not_applicable,
-    thousands,
+    outside_view,
     time_axis,
     trace,
 )
@@ -34,6 +34,7 @@ SIGMAS = 1.959964
 # The first view follows what was decoded and what is true; estimates without altitude may be kilometres off.
 VIEW_MARGIN = 0.5
 BAR_OPACITY = 0.3
+BARS = 150
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -73,10 +74,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         heights = np.concatenate([height for _, _, height in estimated] or [np.empty(0)])
         outside = int(((heights < low - margin) | (heights > high + margin)).sum())
         if outside:
-            total = int(np.isfinite(heights).sum())
-            share = f"{thousands(outside)} of {thousands(total)} estimates"
-            text = f"{share} lie outside the first view; a double click shows them."
-            notes.append(ChartNote("outside_view", text))
+            notes.append(outside_view(outside, int(np.isfinite(heights).sum()), "estimate"))
     return figure(
         TITLE,
         traces,
@@ -121,8 +119,7 @@ def _add_truth(
 ) -> None:
     order = np.lexsort((recording.time_s, recording.target))
     target, time = recording.target[order], recording.time_s[order]
-    starts = np.append(True, target[1:] != target[:-1])[: target.size]
-    points = curve(time, (truth[order],), starts, options.curve_points)
+    points = curve(time, (truth[order],), line_starts(target, time), options.curve_points)
     if points.of == 0:
         return
     picked.append(points)
@@ -175,7 +172,7 @@ def _add_estimate(
 
 
 def _add_band(entry: Entry, states: Estimates, height: Floats, options: ChartOptions, traces: list[Trace]) -> None:
-    """95 % band of tracks from the vertical standard deviation; single fixes get bars of the same length."""
+    """95 % band of tracks from the vertical standard deviation; some single fixes get bars of the same length."""
     reach = SIGMAS * states.numbers("sigma_up_m")
     color = theme.series_color(entry.index)
     look: dict[str, Any] = {
@@ -185,7 +182,7 @@ def _add_band(entry: Entry, states: Estimates, height: Floats, options: ChartOpt
         "hoverinfo": "skip",
     }
     if not states.moving:
-        points = thin(np.flatnonzero(np.isfinite(height + reach)), options.curve_points)
+        points = thin(np.flatnonzero(np.isfinite(height + reach)), BARS)
         if points.of:
             line = {"color": theme.faint(color, BAR_OPACITY), "width": 1}
             time, low, high = (points.take(v) for v in (states.time_s, height - reach, height + reach))

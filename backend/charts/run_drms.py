@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from backend.charts import theme
 from backend.charts.bins import TimeBins, time_bins
 from backend.charts.columns import Floats, Ints, numbers, row_numbers
 from backend.charts.decimate import Picked, curve, thin
@@ -11,13 +14,14 @@ from backend.charts.estimates import Estimates, estimates_of
 from backend.charts.figure import (
     ChartNote,
     Trace,
+    counted,
+    crowd_opacity,
     figure,
     hover,
     line_of,
     log_axis,
     marker_of,
     not_applicable,
-    thousands,
     time_axis,
     trace,
 )
@@ -39,15 +43,18 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     claimed = {entry.label: states.numbers("drms_m") for entry, states in found}
     if not any((values > 0).any() for values in claimed.values()):
         return not_applicable(TITLE, "no_covariance", view.recording)
-    in_bins = any(np.count_nonzero(states.starts) > CURVES for _, states in found)
+    in_bins = any(
+        np.count_nonzero(np.isfinite(states.numbers("drms_m")) & states.starts) > CURVES for _, states in found
+    )
+    actual = {entry.label: _actual(entry, states) for entry, states in found}
     for entry, states in found:
-        actual = _actual(entry, states)
-        _add_actual(entry, states, actual, options, traces, picked, notes)
+        _add_actual(entry, states, actual[entry.label], in_bins, options, traces, picked, notes)
+    for entry, states in found:
         if in_bins:
-            _add_bins(entry, states, claimed[entry.label], actual, bins, traces)
+            _add_bins(entry, states, claimed[entry.label], actual[entry.label], bins, traces)
         else:
             _add_claim(entry, states, claimed[entry.label], options, traces, picked)
-        notes += _honesty(entry, claimed[entry.label], actual)
+        notes += _honesty(entry, claimed[entry.label], actual[entry.label])
     if in_bins:
         text = f"Lines and large symbols: root mean squares of {bins.width_s:g} s; small points: single marks."
         notes.append(ChartNote("rms_in_bins", text))
@@ -60,7 +67,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         picked=picked,
         notes=notes,
         xaxis=time_axis(view.recording),
-        yaxis=log_axis("Horizontal error, m"),
+        yaxis=log_axis("Horizontal error, m", traces),
     )
 
 
@@ -91,8 +98,19 @@ def _add_claim(
     traces: list[Trace],
     picked: list[Picked],
 ) -> None:
+    """The claim as a line; of single fixes, which have no line, as a dash at each mark."""
     values = np.where(claimed > 0, claimed, np.nan)
-    points = curve(states.time_s, (np.log(values),), states.starts, options.curve_points)
+    look: dict[str, Any]
+    if states.moving:
+        points = curve(states.time_s, (np.log(values),), states.starts, options.curve_points)
+        look = {"mode": "lines", "line": line_of(entry, 2)}
+    else:
+        points = thin(np.flatnonzero(np.isfinite(values)), options.marks)
+        dash = {"color": theme.series_color(entry.index), "width": 1.5}
+        look = {
+            "mode": "markers",
+            "marker": {"symbol": "line-ew-open", "size": 6, "line": dash, "color": dash["color"]},
+        }
     picked.append(points)
     traces.append(
         trace(
@@ -101,10 +119,9 @@ def _add_claim(
             options.number(points.take(values)),
             entry=entry,
             name=f"{entry.label}, claimed",
-            mode="lines",
-            line=line_of(entry, 2),
             customdata=points.take(states.row),
-            **hover(points, f"{entry.label}, claimed", f"%{{y:.3~s}} m<br>{MARK}", [("track", states.words("track"))]),
+            **look,
+            **hover(points, f"{entry.label}, claimed", f"%{{y:,.3~r}} m<br>{MARK}", [("track", states.words("track"))]),
         )
     )
 
@@ -113,6 +130,7 @@ def _add_actual(
     entry: Entry,
     states: Estimates,
     actual: Floats,
+    in_bins: bool,
     options: ChartOptions,
     traces: list[Trace],
     picked: list[Picked],
@@ -120,7 +138,7 @@ def _add_actual(
 ) -> None:
     zero = int((actual == 0).sum())
     if zero:
-        text = f"{thousands(zero)} errors of exactly 0 m have no place on a logarithmic axis."
+        text = f"No place on a logarithmic axis: {counted(zero, 'error')} of exactly 0 m."
         notes.append(ChartNote("zero_on_log_axis", text, entry.label))
     points = thin(np.flatnonzero(actual > 0), options.marks)
     picked.append(points)
@@ -133,10 +151,13 @@ def _add_actual(
             options.number(points.take(actual)),
             entry=entry,
             name=f"{entry.label}, actual",
+            showlegend=not in_bins,
             mode="markers",
-            marker=marker_of(entry, size=3.5, opacity=0.45),
+            marker=marker_of(entry, 3.5, crowd_opacity(points.of)),
             customdata=points.take(states.row),
-            **hover(points, f"{entry.label}, actual", f"%{{y:.3~s}} m<br>{MARK}", [("target", states.words("target"))]),
+            **hover(
+                points, f"{entry.label}, actual", f"%{{y:,.3~r}} m<br>{MARK}", [("target", states.words("target"))]
+            ),
         )
     )
 
@@ -165,7 +186,7 @@ def _add_bins(
                 entry=entry,
                 name=f"{entry.label}, {name} (rms)",
                 text=n,
-                hovertemplate=f"<b>{entry.label}, {name}</b><br>rms %{{y:.3~s}} m of %{{text}} marks<br>"
+                hovertemplate=f"<b>{entry.label}, {name}</b><br>rms %{{y:,.3~r}} m of %{{text}} marks<br>"
                 f"{bins.width_s:g} s around %{{x:.5~g}} s<extra></extra>",
                 **look,
             )
@@ -179,7 +200,7 @@ def _honesty(entry: Entry, claimed: Floats, actual: Floats) -> list[ChartNote]:
         return []
     share = float((actual[known] <= claimed[known]).mean())
     text = (
-        f"The actual error is below the claimed one at {100 * share:.0f} % of {thousands(int(known.sum()))} marks "
+        f"The actual error is below the claimed one at {100 * share:.0f} % of {counted(int(known.sum()), 'mark')} "
         "(63 to 68 % when the claim is right)."
     )
     return [ChartNote("claim_held", text, entry.label)]

@@ -2,8 +2,9 @@
 
 Where the number of degrees of freedom changes from mark to mark, NIS has no common band. Then NIS is divided by its
 degrees of freedom, so that 1 is expected everywhere, and the limits of each number of degrees of freedom are drawn as
-labelled lines. Marks inside their own band are faint, those outside are strong. The strong line is the mean in bins
-of time, which is what tells an optimistic filter from an honest one.
+labelled lines. Marks inside their own band are faint, those outside are strong, and hollow ones did not enter the
+estimate as the model foresees. The strong line is the mean of the others in bins of time: it tells an optimistic
+filter (above 1) from an over-cautious one, while a single outlier would hide both.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from backend.charts.estimates import Estimates, estimates_of
 from backend.charts.figure import (
     ChartNote,
     Trace,
+    counted,
+    crowd_opacity,
     figure,
     hollow_marker_of,
     hover,
@@ -30,7 +33,7 @@ from backend.charts.figure import (
     log_axis,
     marker_of,
     not_applicable,
-    thousands,
+    outside_view,
     time_axis,
     trace,
 )
@@ -38,6 +41,8 @@ from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "Innovations (NIS)"
 MARK = "%{x:.3f} s, row %{customdata}"
+# The first view reaches this far below the lowest limit.
+BELOW_BAND = 10.0
 # Marks of these statuses entered the estimate, but not as the model foresees.
 DOUBTED = ("downweighted", "ambiguous", "reinitialised")
 
@@ -52,6 +57,7 @@ class Innovations:
     nis: Floats
     dof: Floats
     inside: NDArray[np.bool_]
+    doubted: NDArray[np.bool_]
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -72,8 +78,20 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         if innovations.known.size:
             traces.append(_means(innovations, by_dof, bins))
             notes.append(_share_inside(innovations))
+            if innovations.doubted.any():
+                count = counted(int(innovations.doubted.sum()), "mark")
+                text = f"The mean leaves out {count} that did not enter the estimate as the model foresees (hollow)."
+                notes.append(ChartNote("mean_without_doubted", text, innovations.entry.label))
     if by_dof:
         notes.append(ChartNote("nis_over_dof", "Degrees of freedom differ between marks: NIS is divided by them."))
+    # Far below the band there is nothing to learn, and a logarithmic axis would give it half the chart.
+    floor = float((chi_square_band(dofs)[0] / (dofs if by_dof else 1)).min()) / BELOW_BAND
+    values = np.concatenate([i.nis / (i.dof if by_dof else 1.0) for i in found])
+    values = values[values > 0]
+    ceiling = float(max(values.max(initial=1.0), 10.0))
+    if (values < floor).any():
+        notes.append(outside_view(int((values < floor).sum()), values.size, "mark"))
+    vertical = {"range": [np.log10(floor), np.log10(ceiling) + 0.2]} if (values < floor).any() else {}
     return figure(
         TITLE,
         traces,
@@ -81,7 +99,9 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         picked=picked,
         notes=notes,
         xaxis=time_axis(view.recording),
-        yaxis=log_axis("NIS / degrees of freedom, 1" if by_dof else f"NIS ({dofs[0]:g} degrees of freedom), 1"),
+        yaxis=log_axis(
+            "NIS per degree of freedom" if by_dof else f"NIS ({dofs[0]:g} degrees of freedom)", traces, **vertical
+        ),
         annotations=labels,
     )
 
@@ -92,7 +112,8 @@ def _innovations(entry: Entry) -> Innovations:
     known = np.flatnonzero(np.isfinite(nis) & (dof > 0))
     nis, dof = nis[known], dof[known]
     low, high = chi_square_band(dof)
-    return Innovations(entry, states, known, nis, dof, (nis >= low) & (nis <= high))
+    doubted = ~states.used[known] | np.isin(states.words("status")[known], DOUBTED)
+    return Innovations(entry, states, known, nis, dof, (nis >= low) & (nis <= high), doubted)
 
 
 def _limits(dofs: Floats, by_dof: bool, time_s: Floats) -> tuple[list[Trace], list[dict[str, Any]]]:
@@ -126,8 +147,8 @@ def _limits(dofs: Floats, by_dof: bool, time_s: Floats) -> tuple[list[Trace], li
             showlegend=False,
         )
     )
-    # Upper limits lie within a factor of two of each other: one label stands for the outermost of them.
-    named = [(float(low[i]), f"2.5 %, {dof:g} dof") for i, dof in enumerate(dofs)]
+    # Limits of neighbouring numbers lie close together: the outermost are named.
+    named = [(float(low[i]), f"2.5 %, {dofs[i]:g} dof") for i in sorted({0, dofs.size - 1})]
     spread = f"{dofs[-1]:g} to {dofs[0]:g} dof" if by_dof else f"{dofs[0]:g} dof"
     named.append((float(high.max()), f"97.5 %, {spread}"))
     named.append((expected, "expected"))
@@ -161,27 +182,32 @@ def _add_marks(
     value = innovations.nis / innovations.dof if by_dof else innovations.nis
     zero = int((value <= 0).sum())
     if zero:
-        text = f"{thousands(zero)} NIS of exactly 0 have no place on a logarithmic axis."
+        text = f"No place on a logarithmic axis: {counted(zero, 'mark')} with NIS of exactly 0."
         notes.append(ChartNote("zero_on_log_axis", text, entry.label))
     status = states.words("status")[innovations.known]
-    hollow = ~states.used[innovations.known] | np.isin(status, DOUBTED)
+    hollow = innovations.doubted
+    count = innovations.known.size
     reason = states.at_rows(entry.table("decisions"), "reason")[innovations.known]
     row, time = states.row[innovations.known], states.time_s[innovations.known]
     dof = np.array([f"{d:g}" for d in innovations.dof], object)
     words = [("dof", dof), ("", status), ("", reason), ("target", states.words("target")[innovations.known])]
-    looks: tuple[tuple[str, NDArray[np.bool_], dict[str, Any]], ...] = (
-        ("inside the band", innovations.inside & ~hollow, marker_of(entry, size=3.5, opacity=0.25)),
-        ("outside the band", ~innovations.inside & ~hollow, marker_of(entry, size=4, opacity=0.8)),
-        ("doubted or not used", hollow, hollow_marker_of(entry)),
+    # Marks inside and outside are thinned alike, so that what is drawn keeps their proportion.
+    plain = thin(np.flatnonzero(~hollow & (value > 0)), options.marks)
+    doubted = thin(np.flatnonzero(hollow & (value > 0)), options.marks)
+    picked += [plain, doubted]
+    inside = innovations.inside[plain.positions]
+    looks: tuple[tuple[str, Ints, dict[str, Any]], ...] = (
+        ("inside the band", plain.positions[inside], marker_of(entry, 3.5, crowd_opacity(count, 0.3))),
+        ("outside the band", plain.positions[~inside], marker_of(entry, 4, crowd_opacity(count, 0.8))),
+        ("doubted or not used", doubted.positions, hollow_marker_of(entry)),
     )
     for what, chosen, marker in looks:
-        points = thin(np.flatnonzero(chosen & (value > 0)), options.marks)
-        picked.append(points)
+        points = Picked(chosen, int(chosen.size), int(chosen.size))
         if points.of == 0:
             continue
         traces.append(
             trace(
-                "rejected" if chosen is hollow else "series",
+                "rejected" if chosen is doubted.positions else "series",
                 points.take(time),
                 options.number(points.take(value)),
                 entry=entry,
@@ -198,9 +224,10 @@ def _add_marks(
 def _means(innovations: Innovations, by_dof: bool, bins: TimeBins) -> Trace:
     """Mean in bins of time: the sum of NIS over the sum of degrees of freedom, with the band of that sum in hovers."""
     entry = innovations.entry
-    time = innovations.states.time_s[innovations.known]
-    n, nis = bins.sums(time, innovations.nis)
-    _, dof = bins.sums(time, innovations.dof)
+    plain = ~innovations.doubted
+    time = innovations.states.time_s[innovations.known[plain]]
+    n, nis = bins.sums(time, innovations.nis[plain])
+    _, dof = bins.sums(time, innovations.dof[plain])
     enough = dof > 0
     low, high, mean = (np.full(n.size, np.nan) for _ in range(3))
     scale = dof[enough] if by_dof else n[enough]
@@ -226,7 +253,7 @@ def _means(innovations: Innovations, by_dof: bool, bins: TimeBins) -> Trace:
 
 def _share_inside(innovations: Innovations) -> ChartNote:
     share = 100 * float(innovations.inside.mean())
-    text = f"{share:.1f} % of {thousands(innovations.known.size)} marks lie inside their own 95 % band."
+    text = f"{share:.1f} % of {counted(innovations.known.size, 'mark')} lie inside their own 95 % band."
     return ChartNote("share_inside", text, innovations.entry.label)
 
 

@@ -10,12 +10,12 @@ from backend.charts.ellipse import error_ellipses
 from backend.charts.estimates import Estimates, estimates_of
 from backend.charts.figure import (
     ChartNote,
+    counted,
     hollow_marker_of,
     hover,
     line_of,
     marker_of,
     not_applicable,
-    thousands,
     trace,
 )
 from backend.charts.plane import MARK, PLACE, Plane
@@ -24,18 +24,21 @@ from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 TITLE = "Plan"
 # Ellipses of all entries together: more cover the tracks.
 ELLIPSES = 60
+# Markers of more estimates than this touch each other and are drawn smaller.
+FEW_MARKS = 600
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
     """Draw the plan."""
     plane = Plane(view.recording, options)
     plane.add_plots()
-    plane.add_truth()
     found = [(entry, estimates_of(entry)) for entry in view.entries]
     for entry, states in found:
         _add_ellipses(plane, entry, states, ELLIPSES // len(found))
     for entry, states in found:
         _add_tracks(plane, entry, states, options)
+    # The true path is thin: it lies over the tracks, else it is hidden where they are good.
+    plane.add_truth()
     for entry, states in found:
         _add_unused(plane, entry, states)
     plane.add_stations()
@@ -50,7 +53,7 @@ def _add_tracks(plane: Plane, entry: Entry, states: Estimates, options: ChartOpt
     here = np.isfinite(east) & np.isfinite(north)
     crowded = options.marks is not None and int(here.sum()) > options.marks
     if states.moving:
-        points = curve(states.time_s, (east, north), states.starts, options.curve_points if crowded else None)
+        points = curve(states.time_s, (east, north), states.starts, options.marks)
         mode = "lines" if crowded else "lines+markers"
     else:
         points, mode = thin(np.flatnonzero(here & states.used), options.marks), "markers"
@@ -66,7 +69,7 @@ def _add_tracks(plane: Plane, entry: Entry, states: Estimates, options: ChartOpt
             name=entry.label,
             mode=mode,
             line=line_of(entry),
-            marker=marker_of(entry),
+            marker=marker_of(entry, 4 if points.shown <= FEW_MARKS else 2.5),
             customdata=points.take(states.row),
             text=points.take(states.time_s),
             **hover(
@@ -86,7 +89,7 @@ def _add_unused(plane: Plane, entry: Entry, states: Estimates) -> None:
     placed = np.flatnonzero(np.isfinite(east) & np.isfinite(north) & ~states.used)
     nowhere = int((~np.isfinite(east) & ~states.used).sum())
     if nowhere:
-        text = f"{thousands(nowhere)} marks gave no estimate and have no place in the plan; the decisions list them."
+        text = f"No estimate, so no place in the plan: {counted(nowhere, 'mark')}; the decisions list them."
         plane.notes.append(ChartNote("not_drawn", text, entry.label))
     if placed.size == 0:
         return
@@ -141,7 +144,7 @@ def _add_ellipses(plane: Plane, entry: Entry, states: Estimates, most: int) -> N
         )
     )
     if count < known.size:
-        text = f"95 % error ellipses at {count} of {thousands(int(known.size))} estimates."
+        text = f"95 % error ellipses at {count} of {counted(int(known.size), 'estimate')}."
         plane.notes.append(ChartNote("ellipses", text, entry.label))
 
 

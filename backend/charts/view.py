@@ -21,7 +21,7 @@ Figure = dict[str, Any]
 Source = Literal["run", "recording"]
 
 # A mark is drawn as a point of its own up to this many times `points`; beyond, every k-th one is drawn.
-MARKS_PER_POINT = 10
+MARKS_PER_POINT = 5
 
 
 @dataclass(frozen=True)

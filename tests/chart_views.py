@@ -1,0 +1,144 @@
+"""Small runs and recordings, written by hand, for the tests of the charts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from algorithms.recording import AntennaPlots, DopplerPairs, PolarPlots, Recording, ToaMarks
+from algorithms.result import Table
+from algorithms.site import Site
+from backend.charts.view import Entry, RunView
+
+STATIONS = [("west", -10000.0, 0.0), ("east", 10000.0, 0.0), ("north", 0.0, 12000.0), ("middle", 0.0, 0.0)]
+
+
+def site(**more: Any) -> Site:
+    places = [{"name": name, "east_m": east, "north_m": north, "up_m": 10.0} for name, east, north in STATIONS]
+    return Site.model_validate({"stations": places} | more)
+
+
+def marks(count: int = 6, *, truth: bool = True, altitude: bool = True, targets: int = 1, **more: Any) -> ToaMarks:
+    """Marks one second apart, targets in turn; the second mark lacks the station `north`."""
+    k = np.arange(count)
+    toa = np.full((count, 4, 1), 1e-4)
+    if count > 1:
+        toa[1, 2] = np.nan
+    place = np.stack([1000.0 * k, 20000.0 + 100.0 * (k % targets), np.full(count, 3000.0)], axis=1)
+    fields: dict[str, Any] = {
+        "time_s": k.astype(float),
+        "row": k + 1,
+        "target": k % targets,
+        "targets": tuple(f"t{i + 1}" for i in range(targets)),
+        "truth_m": place if truth else np.full((count, 3), np.nan),
+        "site": site(),
+        "toa_s": toa,
+        "altitude_m": np.full((count, 1), 3030.0 if altitude else np.nan),
+        "stations": tuple(name for name, _, _ in STATIONS),
+    }
+    return ToaMarks(**(fields | more))
+
+
+def states(recording: Recording, **more: Any) -> Table:
+    """Estimates 30 m east and 40 m north of the true place (of 20 km north where that is unknown)."""
+    count = len(recording)
+    truth = np.nan_to_num(recording.truth_m, nan=20000.0)
+    columns: dict[str, Any] = {
+        "trial": np.full(count, np.nan),
+        "track": recording.target + 1.0,
+        "time_s": recording.time_s.copy(),
+        "east_m": truth[:, 0] + 30,
+        "north_m": truth[:, 1] + 40,
+        "up_m": truth[:, 2] + 5,
+        "velocity_east_mps": np.full(count, 200.0),
+        "sigma_east_m": np.full(count, 60.0),
+        "sigma_north_m": np.full(count, 80.0),
+        "sigma_up_m": np.full(count, 100.0),
+        "drms_m": np.full(count, 100.0),
+        "nis": np.full(count, 3.0),
+        "dof": np.full(count, 3.0),
+        "status": ["updated"] * count,
+        "used": ["west east middle"] * count,
+        "row": recording.row.copy(),
+        "target": [recording.targets[i] for i in recording.target],
+        "covariance_east_north_m2": np.zeros(count),
+    }
+    return Table(columns | more)
+
+
+def errors(recording: Recording) -> Table:
+    known = np.flatnonzero(np.isfinite(recording.truth_m).all(axis=1))
+    return Table(
+        {
+            "trial": np.full(known.size, np.nan),
+            "time_s": recording.time_s[known],
+            "error_horizontal_m": np.full(known.size, 50.0),
+            "row": recording.row[known],
+        }
+    )
+
+
+def entry(label: str, index: int, tables: Mapping[str, Table]) -> Entry:
+    return Entry(label, index, "rdf", lambda name: tables.get(name, Table({})), dict)
+
+
+def run(recording: Recording, *tables: Mapping[str, Table], labels: tuple[str, ...] = ("a", "b", "c")) -> RunView:
+    """A run with one entry for each set of tables."""
+    return RunView(recording, tuple(entry(labels[i], i, t) for i, t in enumerate(tables)))
+
+
+def complete_run(recording: ToaMarks, **more: Any) -> RunView:
+    tables = {"states": states(recording, **more), "errors": errors(recording)}
+    return run(recording, tables)
+
+
+def plots(count: int = 4, **more: Any) -> PolarPlots:
+    """Plots at 10 km to the east of the radar."""
+    none = np.full((count, 1), np.nan)
+    k = np.arange(count)
+    fields: dict[str, Any] = {
+        "time_s": k.astype(float),
+        "row": k + 1,
+        "target": np.zeros(count, int),
+        "range_m": np.full((count, 1), 10000.0),
+        "azimuth_rad": np.full((count, 1), np.pi / 2),
+        "elevation_rad": none,
+        "altitude_m": none,
+        "east_m": none,
+        "north_m": none,
+        "radar": np.zeros(count, int),
+        "radar_east_m": np.full(count, np.nan),
+        "radar_north_m": np.full(count, np.nan),
+        "scan": np.full(count, -1),
+        "address": np.full(count, -1),
+        "callsign": np.full(count, -1),
+    }
+    return PolarPlots(**(fields | more))
+
+
+def antenna(count: int = 4) -> AntennaPlots:
+    k = np.arange(count)
+    return AntennaPlots(
+        time_s=k.astype(float),
+        row=k + 1,
+        target=np.zeros(count, int),
+        range_m=np.full((count, 1), 10000.0),
+        bicone_elevation_rad=np.full((count, 1), np.pi / 6),
+        bicone_azimuth_rad=np.full((count, 1), np.pi / 4),
+    )
+
+
+def doppler(count: int = 4) -> DopplerPairs:
+    k = np.arange(count)
+    return DopplerPairs(
+        time_s=k.astype(float),
+        row=k + 1,
+        target=np.zeros(count, int),
+        doppler_hz=np.full((count, 2, 1), 5.0),
+        doppler_rate_hz_s=np.full((count, 2, 1), np.nan),
+        azimuth_rad=np.full((count, 1), np.pi / 2),
+        elevation_rad=np.full((count, 1), np.nan),
+        channels=("1", "2"),
+    )
