@@ -143,12 +143,10 @@ def test_mappings_that_cannot_be(read, mapping, code, pointer):
     assert (e.value.code, e.value.pointer) == (code, pointer)
 
 
-def test_a_mapping_without_the_kind(read):
+def test_a_mapping_that_leaves_the_kind_open(read):
     with pytest.raises(InputError) as e:
-        read("t,a\n1,5\n", mapping={"time_s": "t", "altitude_m": "a"}, kind=None)
-    assert (e.value.code, e.value.pointer) == ("unknown_native_column", "/options/mapping/altitude_m") or (
-        e.value.code == "kind_unknown"
-    )
+        read("t,a\n1,5\n", mapping={"time_s": "t", "altitude_m": "a"})
+    assert (e.value.code, e.value.pointer) == ("kind_unknown", "/options/kind")
 
 
 def test_minus_takes_the_own_position_off(read):
