@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 # How long a scheduler may take to answer when we connect, and a worker to come back after a restart.
-CONNECT_S = 30
+CONNECT_S = 10
 RESTART_S = 20
 
 _CONFIG = {

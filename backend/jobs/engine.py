@@ -7,27 +7,25 @@ a run's state, its finished blocks, its result.
 
 from __future__ import annotations
 
-import datetime as dt
 import logging
 import queue
 import threading
+import traceback
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from algorithms.errors import FilterRoomError
-from backend.db import events, idempotency, outcomes, recordings, runs
+from backend.db import events, outcomes, recordings, runs
 from backend.db.engine import Database
-from backend.db.ids import new_id, now
-from backend.errors import StorageError
 from backend.files.store import Store
-from backend.jobs import results
-from backend.jobs.collection import collect
+from backend.jobs import ledger
 from backend.jobs.parsing import Parser
 from backend.jobs.schedule import RETRIES, ActiveRun, Flight, choose, monotonic
-from backend.jobs.work import Block, Outcome
+from backend.jobs.work import Outcome
 from backend.settings import Settings
 
 logger = logging.getLogger(__name__)
@@ -42,9 +40,6 @@ PROGRESS_S = 0.25
 PATIENCE_S = 1.0
 MISSING_S = 3.0
 RETRY_S = 10.0
-# How long idempotency keys and events that belong to no run are kept.
-KEEP_KEYS = dt.timedelta(days=7)
-KEEP_EVENTS = dt.timedelta(days=1)
 
 
 @dataclass(frozen=True)
@@ -76,6 +71,8 @@ class Engine:
         self._no_workers_since: float | None = None
         self._active: dict[str, ActiveRun] = {}
         self._flights: dict[str, Flight] = {}
+        # Runs that failed and whose failure is not in the database yet: error and trace.
+        self._failures: dict[str, tuple[dict[str, Any], str]] = {}
         # Workers that compile kernels now, and those that still have to.
         self._warming: dict[str, Any] = {}
         self._cold: deque[str] = deque()
@@ -84,7 +81,7 @@ class Engine:
 
     def start(self) -> None:
         """Take up what an earlier server left, and bring the workers up in the background."""
-        recover(self._database, self._store)
+        ledger.recover(self._database, self._store)
         self._parser.resume()
         self._post(self._take_live_runs)
         self._thread.start()
@@ -144,6 +141,7 @@ class Engine:
                 self._look_after_flights()
                 self._report_progress()
                 self._dispatch()
+                self._store_failures()
             except Exception:
                 # Whatever it was (a full disk, a scheduler that went away), the next round may succeed.
                 logger.exception("the engine's round failed")
@@ -227,7 +225,7 @@ class Engine:
     def _take_live_runs(self) -> None:
         with self._database.read() as connection:
             for run in runs.live_runs(connection):
-                if run.id not in self._active:
+                if run.id not in self._active and run.id not in self._failures:
                     done = set(outcomes.finished_blocks(connection, run.id))
                     waiting = deque(p for p in range(len(run.algorithms)) if p not in done)
                     self._active[run.id] = ActiveRun(run, waiting, done)
@@ -245,47 +243,22 @@ class Engine:
                 self._send(choice.active, choice.position, worker, choice.alone)
 
     def _begin(self, active: ActiveRun) -> bool:
-        """Make a queued run a running one; False where it was cancelled or deleted meanwhile."""
-        run = active.run
-        if run.state == "running":
+        if active.run.state == "running":
             return True
-        with self._database.write() as connection:
-            started = runs.start_run(connection, run.id)
-            if started:
-                count = f"{len(active.finished)} of {len(run.algorithms)} algorithms are finished already"
-                text = f"Goes on after a restart of the server: {count}." if run.started_at else "Started."
-                events.append_log(connection, run.id, text)
-                active.run = runs.get_run(connection, run.id)
-        if not started:
-            self._drop(run.id)
-        return started
+        begun = ledger.begin(self._database, active.run, len(active.finished))
+        if begun is None:
+            self._drop(active.run.id)
+            return False
+        active.run = begun
+        return True
 
     def _send(self, active: ActiveRun, position: int, worker: str, alone: bool) -> None:
         active.waiting.remove(position)
-        try:
-            block = self._block(active.run, position)
-        except FilterRoomError as error:
-            self._fail(active.run.id, _error(error, active.run.algorithms[position].label))
-            return
-        future = self._cluster.submit(block, worker)
-        self._flights[block.token] = Flight(block.token, active.run.id, position, worker, future, alone)
-        future.add_done_callback(lambda _: self._post(lambda: self._landed(block.token)))
-
-    def _block(self, run: runs.Run, position: int) -> Block:
-        entry = run.algorithms[position]
-        with self._database.read() as connection:
-            (recording_id,) = runs.recording_ids_of(connection, run.id)
-            data_sha256 = recordings.get_recording(connection, recording_id).data_sha256
-        if data_sha256 is None:
-            raise StorageError("The recording has no data.", remedy="Upload it again.", code="recording_not_ready")
-        return Block(
-            token=f"{run.id}-{position}-{new_id()}",
-            algorithm=entry.name,
-            label=entry.label,
-            parameters=entry.parameters,
-            seed=run.seed,
-            recording=self._store.get_bytes(data_sha256),
-        )
+        with self._failing(active.run, position):
+            block = ledger.block_of(self._database, self._store, active.run, position)
+            future = self._cluster.submit(block, worker)
+            self._flights[block.token] = Flight(block.token, active.run.id, position, worker, future, alone)
+            future.add_done_callback(lambda _: self._post(lambda: self._landed(block.token)))
 
     # Blocks that come back, or do not.
 
@@ -315,58 +288,19 @@ class Engine:
         if flight.future.status != "finished":
             self._lost(active, flight)
             return
-        outcome: Outcome = flight.future.result()
-        if outcome.kind == "done":
-            self._keep(active, flight.position, outcome)
-        elif outcome.kind == "failed":
-            assert outcome.error is not None
-            self._fail(flight.run_id, outcome.error, outcome.trace)
-
-    def _keep(self, active: ActiveRun, position: int, outcome: Outcome) -> None:
-        run = active.run
-        label = run.algorithms[position].label
-        try:
-            with self._store.guard():
-                sha256 = self._store.put_arrays(results.block_arrays(outcome))
-                with self._database.write() as connection:
-                    outcomes.store_block(connection, run.id, position, sha256)
-                    events.append_log(connection, run.id, f"{label}: finished in {outcome.seconds:.2f} s.")
-                    for note in outcome.notes:
-                        events.append_log(connection, run.id, f"{label}: {note['detail']}", "warning")
-        except StorageError as error:
-            self._fail(run.id, _error(error, label))
-            return
-        active.finished.add(position)
-        if active.is_complete:
-            self._finish(active)
+        with self._failing(active.run, flight.position):
+            outcome: Outcome = flight.future.result()
+            if outcome.kind == "done":
+                ledger.keep(self._database, self._store, active.run, flight.position, outcome)
+                active.finished.add(flight.position)
+            elif outcome.kind == "failed":
+                assert outcome.error is not None
+                self._fail(flight.run_id, outcome.error, outcome.trace)
 
     def _finish(self, active: ActiveRun) -> None:
-        run = active.run
-        with self._database.read() as connection:
-            blobs = outcomes.finished_blocks(connection, run.id)
-        blocks = [results.outcome_of(self._store.get_arrays(blobs[p])) for p in range(len(run.algorithms))]
-        try:
-            composed = results.compose([e.label for e in run.algorithms], blocks)
-            with self._store.guard():
-                sha256 = self._store.put_arrays(composed.arrays)
-                with self._database.write() as connection:
-                    finished = runs.finish_run(
-                        connection,
-                        run.id,
-                        result_sha256=sha256,
-                        summary=composed.summary,
-                        entries=composed.entries,
-                        software=composed.software,
-                    )
-                    if finished:
-                        outcomes.store_tables(connection, run.id, composed.tables)
-                        outcomes.forget_blocks(connection, run.id)
-                        events.append_log(connection, run.id, "Succeeded.")
-        except StorageError as error:
-            self._fail(run.id, _error(error, ""))
-            return
-        self._active.pop(run.id, None)
-        collect(self._database, self._store, {sha256, *blobs.values()})
+        with self._failing(active.run):
+            ledger.finish(self._database, self._store, active.run)
+            self._active.pop(active.run.id, None)
 
     def _lost(self, active: ActiveRun, flight: Flight) -> None:
         """Send a block again whose worker died, or give the run up."""
@@ -390,22 +324,38 @@ class Engine:
                 connection, active.run.id, f"{label}: the worker died; it is computed again, alone.", "warning"
             )
 
+    @contextmanager
+    def _failing(self, run: runs.Run, position: int | None = None) -> Iterator[None]:
+        """Fail the run where something of ours goes wrong: it must not wait for ever."""
+        label = "" if position is None else run.algorithms[position].label
+        try:
+            yield
+        except FilterRoomError as error:
+            self._fail(run.id, ledger.error_of(error, label))
+        except Exception:
+            logger.exception("run %s failed", run.id)
+            what = {"code": "internal", "detail": "The server could not go on.", "remedy": "Please report it."}
+            self._fail(run.id, {**what, "label": label}, traceback.format_exc())
+
     def _fail(self, run_id: str, error: dict[str, Any], trace: str = "") -> None:
-        with self._database.write() as connection:
-            if runs.fail_run(connection, run_id, error):
-                where = f"{error['label']}: " if error.get("label") else ""
-                text = f"{where}{error['detail']} {error['remedy']}".strip()
-                events.append_log(connection, run_id, text + (f"\n{trace}" if trace else ""), "error")
-        self._drop(run_id)
+        self._failures[run_id] = (error, trace)
+        self._active.pop(run_id, None)
+        self._leave(run_id)
+
+    def _store_failures(self) -> None:
+        """Write failures down; where the disk is full this is tried again in every round."""
+        for run_id, (error, trace) in list(self._failures.items()):
+            ledger.fail(self._database, run_id, error, trace)
+            ledger.forget(self._database, self._store, run_id)
+            del self._failures[run_id]
 
     def _drop(self, run_id: str) -> None:
         """Leave a run that is final: stop what is under way and delete what is half done."""
         self._active.pop(run_id, None)
-        with self._database.write() as connection:
-            blobs = set(outcomes.finished_blocks(connection, run_id).values())
-            outcomes.forget_blocks(connection, run_id)
-        if blobs:
-            collect(self._database, self._store, blobs)
+        self._leave(run_id)
+        ledger.forget(self._database, self._store, run_id)
+
+    def _leave(self, run_id: str) -> None:
         tokens = [f.token for f in self._flights.values() if f.run_id == run_id]
         for token in tokens:
             self._flights[token].stopping_since = monotonic()
@@ -447,17 +397,3 @@ class Engine:
 
     def _forget_flight(self, token: str) -> None:
         self._flights.pop(token, None)
-
-
-def recover(database: Database, store: Store) -> None:
-    """Take up what an earlier server left: queue its running runs again, delete what belongs to nothing."""
-    with database.write() as connection:
-        runs.requeue_running(connection)
-        idempotency.forget_old_keys(connection, now() - KEEP_KEYS)
-        events.forget_old_events(connection, now() - KEEP_EVENTS)
-    store.clear_temporary()
-    collect(database, store)
-
-
-def _error(error: FilterRoomError, label: str) -> dict[str, Any]:
-    return {"code": error.code, "detail": error.message, "remedy": error.remedy, "label": label}

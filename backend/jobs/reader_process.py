@@ -10,6 +10,7 @@ import contextlib
 import multiprocessing
 import os
 import resource
+import signal
 import threading
 import traceback
 from collections.abc import Mapping
@@ -127,12 +128,14 @@ def _failure(code: str, detail: str, remedy: str, pointer: str = "/file") -> Rea
 
 def _serve(connection: Connection, memory_bytes: int) -> None:
     """Answer requests until the server closes the connection or is gone."""
+    # Ctrl-C in a terminal reaches the whole group; only the server decides when to end.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     _end_with_parent()
     # Imported before the limit is set: it counts from here.
     from backend.files import reading  # noqa: F401
 
     _limit_memory(memory_bytes)
-    with contextlib.suppress(EOFError, KeyboardInterrupt):
+    with contextlib.suppress(EOFError):
         while True:
             connection.send(_read(connection.recv()))
 

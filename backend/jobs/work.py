@@ -147,7 +147,7 @@ def warm_up() -> None:
 
 def software() -> dict[str, str]:
     """Return the versions and the processor on which results depend."""
-    import llvmlite.binding  # type: ignore[import-untyped]
+    import llvmlite.binding
     import numba
 
     try:

@@ -1,0 +1,122 @@
+"""What is written about a run on its way, each step in one transaction.
+
+A blob is stored and referred to under the store's guard, so a collection never takes it in between. Whoever comes
+too late, because the run was cancelled or deleted meanwhile, changes nothing.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Mapping
+from typing import Any
+
+from algorithms.errors import FilterRoomError
+from backend.db import events, idempotency, outcomes, recordings, runs
+from backend.db.engine import Database
+from backend.db.ids import new_id, now
+from backend.errors import StateError
+from backend.files.store import Store
+from backend.jobs import results
+from backend.jobs.collection import collect
+from backend.jobs.work import Block, Outcome
+
+# How long idempotency keys and events that belong to no run are kept.
+KEEP_KEYS = dt.timedelta(days=7)
+KEEP_EVENTS = dt.timedelta(days=1)
+
+
+def recover(database: Database, store: Store) -> None:
+    """Take up what an earlier server left: queue its running runs again, delete what belongs to nothing."""
+    with database.write() as connection:
+        runs.requeue_running(connection)
+        idempotency.forget_old_keys(connection, now() - KEEP_KEYS)
+        events.forget_old_events(connection, now() - KEEP_EVENTS)
+    store.clear_temporary()
+    collect(database, store)
+
+
+def begin(database: Database, run: runs.Run, finished: int) -> runs.Run | None:
+    """Make a queued run a running one; None where it was cancelled or deleted meanwhile."""
+    with database.write() as connection:
+        if not runs.start_run(connection, run.id):
+            return None
+        count = f"{finished} of {len(run.algorithms)} algorithms are finished already"
+        text = f"Goes on after a restart of the server: {count}." if run.started_at else "Started."
+        events.append_log(connection, run.id, text)
+        return runs.get_run(connection, run.id)
+
+
+def block_of(database: Database, store: Store, run: runs.Run, position: int) -> Block:
+    """Return the block at `position` of a run, with its recording."""
+    entry = run.algorithms[position]
+    with database.read() as connection:
+        (recording_id,) = runs.recording_ids_of(connection, run.id)
+        data_sha256 = recordings.get_recording(connection, recording_id).data_sha256
+    if data_sha256 is None:
+        raise StateError("The recording has no data.", remedy="Upload it again.", code="recording_not_ready")
+    return Block(
+        token=f"{run.id}-{position}-{new_id()}",
+        algorithm=entry.name,
+        label=entry.label,
+        parameters=entry.parameters,
+        seed=run.seed,
+        recording=store.get_bytes(data_sha256),
+    )
+
+
+def keep(database: Database, store: Store, run: runs.Run, position: int, outcome: Outcome) -> None:
+    """Store a finished block: a restarted server need not compute it again."""
+    label = run.algorithms[position].label
+    with store.guard():
+        sha256 = store.put_arrays(results.block_arrays(outcome))
+        with database.write() as connection:
+            outcomes.store_block(connection, run.id, position, sha256)
+            events.append_log(connection, run.id, f"{label}: finished in {outcome.seconds:.2f} s.")
+            for note in outcome.notes:
+                events.append_log(connection, run.id, f"{label}: {note['detail']}", "warning")
+
+
+def finish(database: Database, store: Store, run: runs.Run) -> None:
+    """Put the stored blocks of a run together and make it succeeded."""
+    with database.read() as connection:
+        blobs = outcomes.finished_blocks(connection, run.id)
+    blocks = [results.outcome_of(store.get_arrays(blobs[p])) for p in range(len(run.algorithms))]
+    composed = results.compose([e.label for e in run.algorithms], blocks)
+    with store.guard():
+        sha256 = store.put_arrays(composed.arrays)
+        with database.write() as connection:
+            if runs.finish_run(
+                connection,
+                run.id,
+                result_sha256=sha256,
+                summary=composed.summary,
+                entries=composed.entries,
+                software=composed.software,
+            ):
+                outcomes.store_tables(connection, run.id, composed.tables)
+                outcomes.forget_blocks(connection, run.id)
+                events.append_log(connection, run.id, "Succeeded.")
+    collect(database, store, {sha256, *blobs.values()})
+
+
+def fail(database: Database, run_id: str, error: Mapping[str, Any], trace: str) -> None:
+    """Make a live run failed; the trace goes to its log only."""
+    with database.write() as connection:
+        if runs.fail_run(connection, run_id, error):
+            where = f"{error['label']}: " if error.get("label") else ""
+            text = f"{where}{error['detail']} {error['remedy']}".strip()
+            events.append_log(connection, run_id, f"{text}\n{trace}".strip(), "error")
+
+
+def forget(database: Database, store: Store, run_id: str) -> None:
+    """Delete the finished blocks of a run that will not be finished."""
+    with database.write() as connection:
+        blobs = set(outcomes.finished_blocks(connection, run_id).values())
+        outcomes.forget_blocks(connection, run_id)
+    if blobs:
+        collect(database, store, blobs)
+
+
+def error_of(error: FilterRoomError, label: str) -> dict[str, Any]:
+    """Return an error of the server as the `error` of a run."""
+    return {"code": error.code, "detail": error.message, "remedy": error.remedy, "label": label}
