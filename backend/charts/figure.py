@@ -196,7 +196,7 @@ def figure(
     return {"data": traces, "layout": _layout(heading, about) | layout}
 
 
-def not_applicable(title: str, code: str, recording: Recording) -> Figure:
+def not_applicable(title: str, code: str) -> Figure:
     """A figure without traces that says why there is nothing to see."""
     detail = _REASONS[code]
     about = {"notes": [], "not_applicable": code, "detail": detail}

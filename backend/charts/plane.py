@@ -146,7 +146,7 @@ class Plane:
         # Outlines of errors do not decide what is shown: a claim of 500 km would hide the tracks.
         shown = [t for t in self.traces if t["meta"]["role"] != "interval"]
         if not any(np.isfinite(t["x"]).any() for t in shown):
-            return not_applicable(title, "no_position", self.recording)
+            return not_applicable(title, "no_position")
         east, north = (np.concatenate([np.asarray(t[key], np.float64) for t in shown]) for key in "xy")
         finite = np.isfinite(east) & np.isfinite(north)
         east, north = east[finite], north[finite]

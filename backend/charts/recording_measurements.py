@@ -25,7 +25,7 @@ def draw(view: RecordingView, options: ChartOptions) -> Figure:
     recording = view.recording
     panels = [(title, held) for title, quantities in _panels(recording) if (held := _held(quantities))]
     if not panels:
-        return not_applicable(TITLE, "no_marks", recording)
+        return not_applicable(TITLE, "no_marks")
     traces: list[Trace] = []
     picked: list[Picked] = []
     axes: dict[str, Any] = {}

@@ -64,7 +64,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     truth = altitude_from_position(recording.truth_m, earth)
     _add_truth(recording, truth, options, traces, picked)
     if not any(np.isfinite(t["y"]).any() for t in traces):
-        return not_applicable(TITLE, "no_altitude", recording)
+        return not_applicable(TITLE, "no_altitude")
     known = np.concatenate([v[np.isfinite(v)] for v in (decoded, truth)])
     vertical = {}
     if known.size:

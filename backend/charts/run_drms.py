@@ -42,7 +42,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     found = [(entry, estimates_of(entry)) for entry in view.entries]
     claimed = {entry.label: states.numbers("drms_m") for entry, states in found}
     if not any((values > 0).any() for values in claimed.values()):
-        return not_applicable(TITLE, "no_covariance", view.recording)
+        return not_applicable(TITLE, "no_covariance")
     in_bins = any(
         np.count_nonzero(np.isfinite(states.numbers("drms_m")) & states.starts) > CURVES for _, states in found
     )

@@ -65,7 +65,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     found = [_innovations(entry) for entry in view.entries]
     dofs = np.unique(np.concatenate([i.dof for i in found])) if found else np.empty(0)
     if dofs.size == 0:
-        return not_applicable(TITLE, "no_nis", view.recording)
+        return not_applicable(TITLE, "no_nis")
     by_dof = dofs.size > 1
     bins = time_bins(view.recording.time_s)
     traces, labels = _limits(dofs, by_dof, view.recording.time_s)

@@ -43,7 +43,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         _add_unused(plane, entry, states)
     plane.add_stations()
     if not any(len(states.table) for _, states in found):
-        return not_applicable(TITLE, "no_states", view.recording)
+        return not_applicable(TITLE, "no_states")
     return plane.draw(TITLE)
 
 

@@ -16,9 +16,9 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     """Draw the raster, the shares by number of receptions and the share that each entry used."""
     recording = view.recording
     if not isinstance(recording, ToaMarks):
-        return not_applicable(TITLE, "other_kind", recording)
+        return not_applicable(TITLE, "other_kind")
     if len(recording) == 0:
-        return not_applicable(TITLE, "no_marks", recording)
+        return not_applicable(TITLE, "no_marks")
     bins = time_bins(recording.time_s)
     traces = [receptions.raster(recording, bins, options), *receptions.shares(recording, bins, "y2")]
     for entry in view.entries:

@@ -13,6 +13,10 @@ from backend.charts.figure import Trace
 from backend.charts.view import Figure
 
 
+COLUMNS = ("label", "trace", "role", "x_axis", "y_axis", "x", "y", "z", "x_text", "y_text", "row")
+NUMBERS = ("x", "y", "z", "row")
+
+
 def chart_table(drawn: Figure) -> Table:
     """List every point of a figure; one row each, in the order of the traces.
 
@@ -21,14 +25,11 @@ def chart_table(drawn: Figure) -> Table:
     that break a line are left out. Draw with `ChartOptions(full=True)` for every point in double precision.
     """
     parts = [_points(trace, drawn["layout"]) for trace in drawn["data"]]
-    if not parts:
-        empty: dict[str, Column] = {name: [] for name in ("label", "trace", "role", "x_axis", "y_axis")}
-        return Table(empty | {name: np.empty(0) for name in ("x", "y", "z", "row")})
     columns: dict[str, Column] = {}
-    for name in parts[0]:
+    for name in COLUMNS:
         pieces = [part[name] for part in parts]
-        if all(isinstance(piece, np.ndarray) for piece in pieces):
-            columns[name] = np.concatenate(pieces)
+        if name in NUMBERS:
+            columns[name] = np.concatenate([np.empty(0), *pieces])
         else:
             columns[name] = [value for piece in pieces for value in piece]
     return Table(columns)
