@@ -12,7 +12,6 @@ from backend.charts.columns import Floats
 from backend.charts.figure import Trace
 from backend.charts.view import Figure
 
-
 COLUMNS = ("label", "trace", "role", "x_axis", "y_axis", "x", "y", "z", "x_text", "y_text", "row")
 NUMBERS = ("x", "y", "z", "row")
 
