@@ -5,79 +5,27 @@ The columns are those of docs/formats.md. A mapping renames: what it does not me
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 import numpy as np
 
 from algorithms.errors import InputError, UnsupportedFormatError
 from algorithms.recording import AntennaPlots, DopplerPairs, Floats, Kind, PolarPlots, Recording, ToaMarks
 from backend.files.columns import Columns, TimedColumns, read_timed_columns
+from backend.files.native_columns import (
+    CHANNEL_SETS,
+    LARGEST_OFFSET_NS,
+    NAMES,
+    QUANTITIES,
+    TOA_COLUMN,
+    check_columns,
+    kinds_of,
+)
 from backend.files.reader import Part, Reader, Source
 from backend.files.report import Findings, some
-from backend.files.selection import NameColumn, Quantity, Selection
+from backend.files.selection import Quantity, Selection
 from backend.files.truth_columns import TRUTH_QUANTITIES, TruthColumns, truth_layout
-
-# A reception further from its gate than this is no offset from it: probably a time of day or of the epoch.
-_LARGEST_OFFSET_NS = 1e10
-_TOA = re.compile(r"toa_(.+)_ns", re.DOTALL)
-_CHANNEL_SETS = (("1",), ("1", "2"), ("11", "12", "21", "22"))
-
-_ALTITUDE = Quantity("altitude_m", -2_000, 1e8)
-_RANGE = Quantity("range_m", 0, 1e9)
-_QUANTITIES: dict[Kind, tuple[Quantity, ...]] = {
-    "toa_marks": (_ALTITUDE,),
-    "polar_plots": (
-        _RANGE,
-        Quantity("azimuth_deg", -360, 360),
-        Quantity("elevation_deg", -90, 90),
-        Quantity("east_m"),
-        Quantity("north_m"),
-        _ALTITUDE,
-        Quantity("radar_east_m"),
-        Quantity("radar_north_m"),
-        Quantity("scan", 0, 1e15, whole=True),
-    ),
-    "antenna_plots": (
-        Quantity("range_m", 0, 1e9, required=True),
-        Quantity("bicone_elevation_deg", -180, 180, required=True),
-        Quantity("bicone_azimuth_deg", -180, 180, required=True),
-    ),
-    "doppler_pairs": (
-        *(Quantity(f"doppler_{c}_hz", -1e12, 1e12) for c in ("1", "2", "11", "12", "21", "22")),
-        Quantity("azimuth_deg", -360, 360),
-        Quantity("elevation_deg", -90, 90),
-        Quantity("doppler_rate_1_hz_s", -1e12, 1e12),
-        Quantity("doppler_rate_2_hz_s", -1e12, 1e12),
-    ),
-}
-_NAMES: dict[Kind, tuple[NameColumn, ...]] = {
-    "toa_marks": (NameColumn("target", unnamed=True), NameColumn("emitter_type")),
-    "polar_plots": (
-        NameColumn("target", unnamed=True),
-        NameColumn("radar", unnamed=True),
-        NameColumn("address"),
-        NameColumn("callsign"),
-    ),
-    "antenna_plots": (NameColumn("target", unnamed=True),),
-    "doppler_pairs": (NameColumn("target", unnamed=True),),
-}
-
-
-def _kinds_of(names: Sequence[str]) -> list[Kind]:
-    """Kinds whose own columns are among the names."""
-    found: list[Kind] = []
-    if any(_TOA.fullmatch(n) for n in names):
-        found.append("toa_marks")
-    if "bicone_elevation_deg" in names or "bicone_azimuth_deg" in names:
-        found.append("antenna_plots")
-    elif {"range_m", "azimuth_deg"} <= set(names) or {"east_m", "north_m"} <= set(names):
-        found.append("polar_plots")
-    if any(n in names for n in ("doppler_1_hz", "doppler_11_hz")):
-        found.append("doppler_pairs")
-    return found
 
 
 def _detect(source: Source) -> bool:
@@ -85,7 +33,7 @@ def _detect(source: Source) -> bool:
         names = source.header.names
     except UnsupportedFormatError:
         return False
-    return bool(source.options.mapping or _kinds_of(names))
+    return bool(source.options.mapping or kinds_of(names))
 
 
 def _read(source: Source) -> Part:
@@ -93,20 +41,20 @@ def _read(source: Source) -> Part:
     selection.check_where()
     names = selection.names
     kind = _choose_kind(names, source)
-    stations = tuple(m[1] for n in names if (m := _TOA.fullmatch(n))) if kind == "toa_marks" else ()
-    offsets = tuple(Quantity(f"toa_{s}_ns", -_LARGEST_OFFSET_NS, _LARGEST_OFFSET_NS) for s in stations)
-    quantities = (*_QUANTITIES[kind], *TRUTH_QUANTITIES)
-    known = ("time_s", *(q.name for q in (*quantities, *offsets)), *(n.name for n in _NAMES[kind]))
+    stations = tuple(m[1] for n in names if (m := TOA_COLUMN.fullmatch(n))) if kind == "toa_marks" else ()
+    offsets = tuple(Quantity(f"toa_{s}_ns", -LARGEST_OFFSET_NS, LARGEST_OFFSET_NS) for s in stations)
+    quantities = (*QUANTITIES[kind], *TRUTH_QUANTITIES)
+    known = ("time_s", *(q.name for q in (*quantities, *offsets)), *(n.name for n in NAMES[kind]))
     selection.check_mapping(known, kind)
-    _check_columns(kind, names, known)
+    check_columns(kind, names, known)
     truth = truth_layout(names, kind, source.findings)
     _warn_about_ignored(selection, known, source.findings)
-    offered = tuple(q for q in (*_QUANTITIES[kind], *truth.quantities) if q.name in names)
+    offered = tuple(q for q in (*QUANTITIES[kind], *truth.quantities) if q.name in names)
     timed = read_timed_columns(
         source.content,
         selection,
         (*offered, *offsets),
-        tuple(n for n in _NAMES[kind] if n.name in names),
+        tuple(n for n in NAMES[kind] if n.name in names),
         source.findings,
         source.limits.max_rows,
     )
@@ -118,7 +66,7 @@ def _read(source: Source) -> Part:
 def _choose_kind(names: Sequence[str], source: Source) -> Kind:
     if source.options.kind is not None:
         return source.options.kind
-    kinds = _kinds_of(names)
+    kinds = kinds_of(names)
     if len(kinds) == 1:
         return kinds[0]
     if not kinds:
@@ -133,36 +81,6 @@ def _choose_kind(names: Sequence[str], source: Source) -> Kind:
         pointer="/options/kind",
         remedy="Name the kind.",
         code="kind_ambiguous",
-    )
-
-
-def _check_columns(kind: Kind, names: Sequence[str], known: Sequence[str]) -> None:
-    offered = set(names)
-    lacking: list[str] = [] if "time_s" in offered else ["time_s"]
-    if kind == "toa_marks" and not any(_TOA.fullmatch(n) for n in names):
-        lacking.append("toa_<station>_ns")
-    if kind == "polar_plots" and not {"east_m", "north_m"} <= offered:
-        lacking += [n for n in ("range_m", "azimuth_deg") if n not in offered]
-    if kind == "antenna_plots":
-        lacking += [q.name for q in _QUANTITIES[kind] if q.required and q.name not in offered]
-    if kind == "doppler_pairs":
-        channels = tuple(c for c in ("1", "2", "11", "12", "21", "22") if f"doppler_{c}_hz" in offered)
-        if channels not in _CHANNEL_SETS:
-            raise InputError(
-                f"doppler_pairs with the channels {some(channels) or 'none'}: the columns must be doppler_1_hz, "
-                "with doppler_2_hz or without, or all of doppler_11_hz, doppler_12_hz, doppler_21_hz, doppler_22_hz.",
-                pointer="/file",
-                remedy="Add or rename the columns, or map them.",
-                code="doppler_channels",
-            )
-    if not lacking:
-        return
-    near = [f"{n!r} looks like {c[0]!r}" for n in names if n not in known and (c := get_close_matches(n, lacking, 1))]
-    raise InputError(
-        f"{kind} needs the column {some(lacking)}; the file has {some(names)}.",
-        pointer="/options/mapping",
-        remedy=f"{some(near)}: rename or map it." if near else "Rename a column, or map one to this name.",
-        code="missing_column",
     )
 
 
@@ -265,7 +183,7 @@ class _Builder:
         )
 
     def _doppler_pairs(self, columns: Columns, common: dict[str, object]) -> Recording:
-        channels = next(s for s in reversed(_CHANNEL_SETS) if all(f"doppler_{c}_hz" in columns.numbers for c in s))
+        channels = next(s for s in reversed(CHANNEL_SETS) if all(f"doppler_{c}_hz" in columns.numbers for c in s))
         doppler = np.stack([columns.number(f"doppler_{c}_hz") for c in channels], axis=1)
         rate = np.stack([columns.number(f"doppler_rate_{i}_hz_s") for i in (1, 2)], axis=1)
         return DopplerPairs(
