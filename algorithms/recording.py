@@ -188,6 +188,6 @@ def recording_from_arrays(arrays: Mapping[str, NDArray[Any]]) -> Recording:
     meta = json.loads(bytes(arrays["meta"]).decode())
     kind = KINDS[meta.pop("kind")]
     site = meta.pop("site")
-    plain = {k: tuple(v) if isinstance(v, list) else v for k, v in meta.items()}
-    data = {k: np.asarray(v) for k, v in arrays.items() if k != "meta"}
-    return kind(**data, **plain, site=Site.model_validate(site) if site is not None else None)
+    given: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in meta.items()}
+    given |= {k: np.asarray(v) for k, v in arrays.items() if k != "meta"}
+    return kind(**given, site=Site.model_validate(site) if site is not None else None)

@@ -111,9 +111,9 @@ def _plain(column: Column) -> list[Any]:
     if isinstance(column, np.ndarray):
         if column.dtype.kind == "f":
             finite = np.isfinite(column)
-            values = column.tolist()
+            values: list[Any] = column.tolist()
             return values if finite.all() else [v if ok else None for v, ok in zip(values, finite, strict=True)]
-        return column.tolist()
+        return list(column.tolist())
     return list(column)
 
 

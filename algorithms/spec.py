@@ -30,6 +30,16 @@ class Parameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
+    @classmethod
+    def schema_for_forms(cls) -> dict[str, Any]:
+        """JSON schema with a title for every field; pydantic leaves it out beside a reference to another model."""
+        schema = cls.model_json_schema()
+        for name, field in schema.get("properties", {}).items():
+            title = cls.model_fields[name].title
+            if title is not None:
+                field["title"] = title
+        return schema
+
 
 def parameter(
     default: Any = ...,

@@ -39,9 +39,7 @@ OVERFLIGHT = (
 
 def emitter(name: str, segments: tuple[Segment, ...], trial: int, **start: float) -> ToaMarks:
     """Simulate the marks of one aircraft."""
-    site = four_stations(
-        origin=ORIGIN.model_dump(), sigma_toa_ns=10.0, sigma_altitude_m=100.0, gate_length_s=0.012
-    )
+    site = four_stations(origin=ORIGIN.model_dump(), sigma_toa_ns=10.0, sigma_altitude_m=100.0, gate_length_s=0.012)
     earth = earths.wgs84(ORIGIN)
     rng = np.random.default_rng((SEED, trial))
     time = np.cumsum(0.5 + rng.exponential(0.7, 1200))

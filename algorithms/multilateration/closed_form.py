@@ -65,13 +65,13 @@ def closed_form_candidates(toa_m, used, stations, altitude, centre, radius, out)
         return 0
     big_d = np.empty((m, 3))
     d = np.empty(m)
-    k = 0
+    filled = 0
     for s in range(stations.shape[0]):
         if used[s] > 0.0 and s != ref:
             for a in range(3):
-                big_d[k, a] = stations[s, a] - stations[ref, a]
-            d[k] = toa_m[s] - toa_m[ref]
-            k += 1
+                big_d[filled, a] = stations[s, a] - stations[ref, a]
+            d[filled] = toa_m[s] - toa_m[ref]
+            filled += 1
     scatter = np.zeros((3, 3))
     for k in range(m):
         for a in range(3):

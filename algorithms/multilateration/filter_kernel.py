@@ -205,10 +205,10 @@ def _settle_rival(lane, track):
 @kernel
 def _sound(lane, track):
     """Whether the lane's covariance still has a positive diagonal and the state is finite."""
+    sound = True
     for i in range(9):
-        if not (track.p[0, i * (i + 1) // 2 + i, lane] > 0.0 and np.isfinite(track.x[0, i, lane])):
-            return False
-    return True
+        sound = sound and track.p[0, i * (i + 1) // 2 + i, lane] > 0.0 and np.isfinite(track.x[0, i, lane])
+    return sound
 
 
 @kernel

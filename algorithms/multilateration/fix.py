@@ -25,6 +25,7 @@ SAME_SOLUTION_M = 30.0
 # A second minimum whose cost is this much higher than the first is not a rival (specification 5, step 3 (a)).
 RIVAL_COST_GAP = 9.0
 # An aircraft is not below the ground and not in space: solutions outside are the mirror images of the hyperboloids.
+# Without an altitude, noise can push the only solution of a low target below the ground; it is then kept.
 LOWEST_ALTITUDE_M = -1_000.0
 HIGHEST_ALTITUDE_M = 40_000.0
 # Standard deviation of the height that is assumed where the receptions say nothing about it.
@@ -219,6 +220,7 @@ def solve_mark(
     p = np.empty(3)
     cov = np.empty(6)
     found = 0
+    admissible = 0
     for i in range(n_starts):
         for a in range(3):
             p[a] = starts[i, a]
@@ -226,10 +228,12 @@ def solve_mark(
         if value != value:
             continue
         h, _, _, _ = height_and_up(p[0], p[1], p[2], earth)
-        if not LOWEST_ALTITUDE_M <= h <= HIGHEST_ALTITUDE_M and altitude == altitude:
+        sound = LOWEST_ALTITUDE_M <= h <= HIGHEST_ALTITUDE_M
+        if not sound and (altitude == altitude or admissible > 0):
             continue
-        if not -1e5 <= h <= 1e6:
-            continue
+        if sound and admissible == 0:
+            found = 0  # what was kept so far lies underground or in space: only good for want of anything better
+        admissible += 1 if sound else 0
         near = -1
         for j in range(found):
             gap = 0.0

@@ -14,9 +14,10 @@ from algorithms.toolbox.scenario.trajectory import Segment, fly
 MODE_C_STEP_M = 30.48
 
 # Specification 7.0: one central station and three at 10 km, azimuths 30, 150 and 270 degrees.
+_NORTH_M = float(10_000 * np.sqrt(0.75))
 FOUR_STATIONS = (
-    ("1", 5_000.0, 8_660.254, 15.0),
-    ("2", 5_000.0, -8_660.254, 15.0),
+    ("1", 5_000.0, _NORTH_M, 15.0),
+    ("2", 5_000.0, -_NORTH_M, 15.0),
     ("3", -10_000.0, 0.0, 15.0),
     ("4", 0.0, 0.0, 15.0),
 )

@@ -1,9 +1,10 @@
 """Each mark solved by itself: closed form, then Levenberg-Marquardt.
 
 Three receptions with an altitude, or four and more with or without, give a position whose covariance is the
-Cramer-Rao bound of the mark. Three receptions with altitude can have two solutions that fit equally well: both are
-given (`second_position_m`), the mark is called ambiguous. A mark with more receptions than unknowns is held against
-the residual gate; without it about one real mark in a hundred lands on a wrong branch, up to 177 km away.
+Cramer-Rao bound of the mark. Three receptions with altitude can have two solutions that fit equally well: the mark
+is then ambiguous, it has no state, and both are given (`roots_m`, table `roots`). A mark with more receptions than
+unknowns is held against the residual gate; without it about one real mark in a hundred lands on a wrong branch, up to
+177 km away.
 
 Differences from the paper: it has no one-mark solution at all.
 """
@@ -24,7 +25,7 @@ from algorithms.multilateration.outputs import OUTPUTS
 from algorithms.multilateration.parameters import AltitudeParameters
 from algorithms.multilateration.tables import tabulate
 from algorithms.recording import ToaMarks
-from algorithms.result import Output, Result, Setting
+from algorithms.result import Output, Result, Setting, Table
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 from algorithms.toolbox.kernels import kernel
 from algorithms.toolbox.kernels.symmetric import unpack
@@ -64,7 +65,7 @@ def solve_marks(
     out_time,
     position,
     covariance,
-    second,
+    roots,
     status,
     reason,
     used_out,
@@ -128,12 +129,15 @@ def solve_marks(
             altitude_used[k, trial] = known == 1
             offset = emission_offset(p[0, 0], p[0, 1], p[0, 2], lane_toa, lane_used, stations, 0)
             out_time[k, trial] = time[k] + offset
-            for a in range(3):
-                position[k, a, trial] = p[0, a]
-                if n == 2:
-                    second[k, a, trial] = p[1, a]
-            for i in range(6):
-                covariance[k, i, trial] = c[0, i]
+            if n == 2:
+                for root in range(2):
+                    for a in range(3):
+                        roots[k, root, a, trial] = p[root, a]
+            else:
+                for a in range(3):
+                    position[k, a, trial] = p[0, a]
+                for i in range(6):
+                    covariance[k, i, trial] = c[0, i]
             dof[k, trial] = count + known - 4
             if count + known > 4:
                 cost_out[k, trial] = cost[0]
@@ -169,7 +173,7 @@ def _solve(
     report = lanes.new_report(marks, stations, trials)
     position = np.full((marks, 3, trials), np.nan)
     packed = np.full((marks, 6, trials), np.nan)
-    second = np.full((marks, 3, trials), np.nan)
+    roots = np.full((marks, 2, 3, trials), np.nan)
     for first in range(0, marks, SLICE_MARKS):
         context.check_cancelled()
         stop = min(first + SLICE_MARKS, marks)
@@ -190,7 +194,7 @@ def _solve(
             report.time,
             position,
             packed,
-            second,
+            roots,
             report.status,
             report.reason,
             report.used,
@@ -220,8 +224,28 @@ def _solve(
         "used": report.used,
         "altitude_used": report.altitude_used,
         "residual_m": report.residual,
-        "second_position_m": second,
+        "roots_m": roots,
     }
+
+
+def _tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
+    """Return the common tables and the table `roots`: two rows for each ambiguous mark."""
+    tables = tabulate(recording, result)
+    roots = result.arrays["roots_m"]
+    marks, number, trial = np.nonzero(np.isfinite(roots[:, :, 0]))
+    place = roots[marks, number, :, trial]
+    tables["roots"] = Table(
+        {
+            "row": recording.row[marks],
+            "time_s": recording.time_s[marks],
+            "target": [recording.targets[recording.target[k]] or None for k in marks],
+            "root": number + 1,
+            "east_m": place[:, 0],
+            "north_m": place[:, 1],
+            "up_m": place[:, 2],
+        }
+    )
+    return tables
 
 
 ALGORITHM = Algorithm(
@@ -234,11 +258,13 @@ ALGORITHM = Algorithm(
     parameters=SingleMarkParameters,
     outputs=(
         *OUTPUTS,
-        Output("second_position_m", ("mark", "axis", "trial"), "m", "the other solution of an ambiguous mark"),
+        Output(
+            "roots_m", ("mark", "root", "axis", "trial"), "m", "the two solutions of an ambiguous mark, nearer first"
+        ),
     ),
     charts=("plan", "drms", "nis", "altitude", "receptions"),
     references=(Reference("smith1987"), Reference("more1978"), Reference("chugunov2023", "eq. (27)")),
     run=run,
-    tabulate=tabulate,
+    tabulate=_tabulate,
     measure=measure,
 )

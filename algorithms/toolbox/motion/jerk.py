@@ -31,7 +31,7 @@ T_REF_S = 1.0
 def transition_matrix(t: float) -> NDArray[np.float64]:
     """(9, 9) F over t seconds; the dense statement used outside the kernels."""
     f1 = np.array([[1.0, t, t * t / 2], [0.0, 1.0, t], [0.0, 0.0, 1.0]])
-    return np.kron(np.eye(3), f1)
+    return np.asarray(np.kron(np.eye(3), f1), np.float64)
 
 
 def process_noise(t: float, sigma_jerk_mps3: float, form: str) -> NDArray[np.float64]:
@@ -43,7 +43,7 @@ def process_noise(t: float, sigma_jerk_mps3: float, form: str) -> NDArray[np.flo
     else:
         g = np.array([0.0, 0.0, t] if form == "paper" else [t**3 / 6, t**2 / 2, t])
         q1 = sigma_jerk_mps3**2 * np.outer(g, g)
-    return np.kron(np.eye(3), q1)
+    return np.asarray(np.kron(np.eye(3), q1), np.float64)
 
 
 @kernel

@@ -1,0 +1,215 @@
+"""One suite over every registered algorithm and scenario: what each must hold, whatever it computes."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from algorithms.errors import RunCancelled
+from algorithms.recording import Recording
+from algorithms.references import REFERENCES
+from algorithms.registry import algorithms_by_name, scenarios_by_name
+from algorithms.result import Result
+from algorithms.spec import Algorithm, LocalContext, Scenario
+
+ALGORITHMS = list(algorithms_by_name().values())
+SCENARIOS = list(scenarios_by_name().values())
+GROUPS = {"measurement", "motion", "association", "start", "output"}
+
+each_algorithm = pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda a: a.name)
+each_scenario = pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda s: s.name)
+
+
+def recordings(algorithm: Algorithm, trials: tuple[int, ...] = (0,), rows: int = 120) -> list[Recording]:
+    made = [
+        s.simulate(s.parameters(), trials, 11)
+        for s in SCENARIOS
+        if s.family == algorithm.family and s.kind in algorithm.takes
+    ]
+    assert made, "a family needs a scenario that its algorithms can run on"
+    return [r.take(np.arange(min(rows, len(r)))) for r in made]
+
+
+def run(algorithm: Algorithm, recording: Recording) -> Result:
+    return algorithm.run(recording, algorithm.parameters(), LocalContext())
+
+
+def test_something_is_registered() -> None:
+    assert {"single_mark", "rdf", "rdfv"} <= set(algorithms_by_name())
+    assert {"four_station_circuit", "four_station_incomplete"} <= set(scenarios_by_name())
+
+
+@each_algorithm
+def test_declaration_is_complete(algorithm: Algorithm) -> None:
+    assert algorithm.title
+    assert algorithm.summary.endswith(".")
+    assert algorithm.charts
+    for reference in algorithm.references:
+        assert reference.key in REFERENCES
+    schema = algorithm.parameters.schema_for_forms()
+    assert schema["additionalProperties"] is False
+    for name, field in schema["properties"].items():
+        assert field.get("title"), name
+        assert field.get("description"), name
+        assert field["group"] in GROUPS, name
+        assert "default" in field, name
+    words = {w for f in schema["properties"].values() for w in f.get("choices", {})}
+    assert all(isinstance(w, str) for w in words)
+    module = sys.modules[algorithm.run.__module__]
+    assert module.__doc__ is not None
+    assert "ifferences from the paper" in module.__doc__
+
+
+@each_algorithm
+def test_outputs_are_as_declared(algorithm: Algorithm) -> None:
+    for recording in recordings(algorithm):
+        result = run(algorithm, recording)
+        assert set(result.arrays) == {o.name for o in algorithm.outputs}
+        for output in algorithm.outputs:
+            array = result.arrays[output.name]
+            assert array.ndim == len(output.axes), output.name
+            if output.categories:
+                assert array.min() >= 0
+                assert array.max() < len(output.categories)
+            if array.dtype.kind == "f":
+                assert not np.isinf(array).any(), output.name
+        if "covariance" in result.arrays:
+            p = np.moveaxis(result.arrays["covariance"], -1, 1)[..., ::3, ::3].reshape(-1, 3, 3)
+            p = p[np.isfinite(p).all(axis=(1, 2))]
+            assert len(p)
+            assert (p == p.transpose(0, 2, 1)).all(), "symmetric to the bit"
+            assert (np.linalg.eigvalsh(p)[:, 0] > 0).all()
+
+
+@each_algorithm
+def test_tables_and_metrics(algorithm: Algorithm) -> None:
+    for recording in recordings(algorithm):
+        result = run(algorithm, recording)
+        tables = algorithm.tabulate(recording, result)
+        for name, table in tables.items():
+            assert len({len(c) for c in table.columns.values()}) == 1, name
+            assert list(table.rows()) == list(type(table).from_arrays(table.to_arrays("t"), "t").rows())
+        assert {"states", "tracks", "decisions", "errors"} <= set(tables)
+        metrics = algorithm.measure(recording, result)
+        assert len({(m.metric, m.target, m.segment) for m in metrics}) == len(metrics)
+        for m in metrics:
+            assert m.value is None or np.isfinite(m.value)
+
+
+def digest(name: str) -> str:
+    algorithm = algorithms_by_name()[name]
+    state = hashlib.sha256()
+    for recording in recordings(algorithm, trials=tuple(range(18)), rows=60):
+        for key, array in sorted(run(algorithm, recording).arrays.items()):
+            state.update(key.encode() + np.ascontiguousarray(array).tobytes())
+    return state.hexdigest()
+
+
+@each_algorithm
+def test_the_same_bytes_in_another_process(algorithm: Algorithm) -> None:
+    code = f"from tests.contract.test_algorithms import digest; print(digest({algorithm.name!r}))"
+    other = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**__import__("os").environ, "PYTHONHASHSEED": "7"},
+    )
+    assert other.stdout.strip() == digest(algorithm.name)
+
+
+@each_algorithm
+def test_the_same_bytes_under_another_cut(algorithm: Algorithm) -> None:
+    """Trials in one block, or seven here and eleven there: a trial's bytes stay."""
+    whole = recordings(algorithm, trials=tuple(range(18)), rows=60)
+    first = recordings(algorithm, trials=tuple(range(7)), rows=60)
+    second = recordings(algorithm, trials=tuple(range(7, 18)), rows=60)
+    for w, a, b in zip(whole, first, second, strict=True):
+        full, left, right = run(algorithm, w).arrays, run(algorithm, a).arrays, run(algorithm, b).arrays
+        for output in algorithm.outputs:
+            if output.axes[-1] == "trial":
+                joined = np.concatenate([left[output.name], right[output.name]], axis=-1)
+                assert joined.tobytes() == full[output.name].tobytes(), output.name
+
+
+@each_algorithm
+def test_cancel_is_honoured(algorithm: Algorithm) -> None:
+    class Cancelled(LocalContext):
+        def check_cancelled(self) -> None:
+            raise RunCancelled
+
+    with pytest.raises(RunCancelled):
+        algorithm.run(recordings(algorithm)[0], algorithm.parameters(), Cancelled())
+
+
+@each_algorithm
+def test_progress_ends_at_one(algorithm: Algorithm) -> None:
+    shares: list[float] = []
+
+    class Watched(LocalContext):
+        def progress(self, share: float) -> None:
+            shares.append(share)
+
+    algorithm.run(recordings(algorithm)[0], algorithm.parameters(), Watched())
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0)
+
+
+@each_algorithm
+def test_empty_and_single_rows(algorithm: Algorithm) -> None:
+    recording = recordings(algorithm)[0]
+    for rows in (0, 1):
+        part = recording.take(np.arange(rows))
+        result = run(algorithm, part)
+        algorithm.tabulate(part, result)
+        algorithm.measure(part, result)
+        assert len(result.arrays["row"]) == rows
+
+
+@each_algorithm
+def test_bounds_end_points_work(algorithm: Algorithm) -> None:
+    """The smallest and largest allowed value of every number runs without an error or an infinity."""
+    recording = recordings(algorithm, rows=40)[0]
+    for name, field in algorithm.parameters.model_json_schema()["properties"].items():
+        numbers = [f for f in [field, *field.get("anyOf", ())] if f.get("type") in ("number", "integer")]
+        for f in numbers:
+            ends = [f[k] for k in ("minimum", "maximum", "exclusiveMaximum") if k in f]
+            if "exclusiveMinimum" in f:
+                ends.append(f["exclusiveMinimum"] + 1e-6)
+            for value in ends:
+                result = algorithm.run(recording, algorithm.parameters(**{name: value}), LocalContext())
+                assert not np.isinf(result.arrays["state"]).any(), (name, value)
+
+
+@each_algorithm
+def test_targets_are_kept_apart(algorithm: Algorithm) -> None:
+    """Two emitters in one recording give what each gives alone."""
+    one = recordings(algorithm)[0]
+    alone = run(algorithm, one).arrays["state"]
+    n = len(one)
+    both = one.take(np.repeat(np.arange(n), 2))
+    both = replace(both, target=np.tile([0, 1], n), targets=("a", "b"))
+    result = run(algorithm, both)
+    for target in (0, 1):
+        assert result.arrays["state"][both.rows_of(target)].tobytes() == alone.tobytes()
+    tracks = result.arrays["track"]
+    assert not set(tracks[both.rows_of(0)].ravel()) & set(tracks[both.rows_of(1)].ravel()) - {0}
+
+
+@each_scenario
+def test_scenarios_are_reproducible_and_split(scenario: Scenario) -> None:
+    """A trial's draws depend on the seed and its number only."""
+    whole = scenario.simulate(scenario.parameters(), (0, 1, 2), 5)
+    alone = scenario.simulate(scenario.parameters(), (2,), 5)
+    other = scenario.simulate(scenario.parameters(), (2,), 6)
+    for name, array in whole.to_arrays().items():
+        if array.ndim and array.shape[-1] == 3 and name not in ("truth_m", "truth_velocity_mps"):
+            assert array[..., 2:].tobytes() == alone.to_arrays()[name].tobytes(), name
+            assert array[..., 2:].tobytes() != other.to_arrays()[name].tobytes(), name
+    schema = scenario.parameters.model_json_schema()
+    assert all(f.get("description") and f.get("title") for f in schema["properties"].values())
