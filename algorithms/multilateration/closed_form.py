@@ -74,9 +74,9 @@ def closed_form_candidates(toa_m, used, stations, altitude, centre, radius, out)
             filled += 1
     scatter = np.zeros((3, 3))
     for k in range(m):
-        for a in range(3):
-            for b in range(3):
-                scatter[a, b] += big_d[k, a] * big_d[k, b]
+        for i in range(3):
+            for j in range(3):
+                scatter[i, j] += big_d[k, i] * big_d[k, j]
     extent, axes = np.linalg.eigh(scatter)  # ascending: axes[:, 0] is the plane's normal
     if not extent[1] > 1e-12 * extent[2]:
         return 0  # the stations stand on one line
