@@ -10,6 +10,7 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from algorithms.recording import Recording, recording_from_arrays
+from algorithms.result import Table
 from backend.api import uploads
 from backend.api.algorithms import catalogue
 from backend.api.responses import Responses, content, problems
@@ -223,12 +224,19 @@ def _options(query: ChartQuery) -> ChartOptions:
 def _run_view(services: Services, run: stored.Run) -> RunView:
     from backend.jobs.results import load_entry_arrays, load_entry_table
 
+    def table(label: str, name: str) -> Table:
+        try:
+            return load_entry_table(services.database, services.store, run, label, name)
+        except NotFoundError:
+            # An algorithm gives `errors`, for one, only where the truth is known.
+            return Table({})
+
     def entry(index: int, declared: stored.Entry) -> Entry:
         return Entry(
             label=declared.label,
             index=index,
             algorithm=declared.name,
-            table=lambda name: load_entry_table(services.database, services.store, run, declared.label, name),
+            table=lambda name: table(declared.label, name),
             arrays=lambda: load_entry_arrays(services.store, run, declared.label),
         )
 
