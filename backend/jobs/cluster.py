@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import secrets
+import threading
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +21,12 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-# How long a scheduler may take to answer when we connect, and a worker to come back after a restart.
+# Seconds that a scheduler may take to answer when we connect, a worker to come back after a restart, workers to
+# hear that their blocks are given up, and connections and workers to end.
 CONNECT_S = 10
 RESTART_S = 20
+SIGNAL_S = 0.5
+CLOSE_S = 5
 
 _CONFIG = {
     # The default, 3, lets one deadly block take three workers with it before it is given up; the engine
@@ -98,11 +102,15 @@ class Cluster:
         self._local.scale(self._size)
         return True
 
-    def close(self) -> None:
-        """End the connection, and the workers that are ours."""
-        self._client.close(timeout=5)
+    def close(self, tokens: list[str]) -> None:
+        """End the connection, and the workers that are ours; blocks under way (`tokens`) are given up."""
+        signal = threading.Thread(target=self.signal_cancel, args=(tokens,), daemon=True)
+        signal.start()
+        # A worker that hangs does not answer; ours are killed anyway.
+        signal.join(SIGNAL_S)
+        self._client.close(timeout=CLOSE_S)
         if self._local is not None:
-            self._local.close(timeout=10)
+            self._local.close(timeout=CLOSE_S)
 
 
 def _local_cluster(settings: Settings) -> LocalCluster:

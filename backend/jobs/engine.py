@@ -167,7 +167,7 @@ class Engine:
     def _close_cluster(self) -> None:
         cluster, self._cluster = self._cluster, None
         if cluster is not None:
-            cluster.close()
+            cluster.close(list(self._flights))
         self._workers = {}
 
     def _next_message(self) -> None:
