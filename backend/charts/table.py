@@ -12,16 +12,17 @@ from backend.charts.columns import Floats
 from backend.charts.figure import Trace
 from backend.charts.view import Figure
 
-COLUMNS = ("label", "trace", "role", "x_axis", "y_axis", "x", "y", "z", "x_text", "y_text", "row")
-NUMBERS = ("x", "y", "z", "row")
+COLUMNS = ("label", "trace", "role", "x_axis", "y_axis", "x", "y", "z", "x_text", "y_text", "row", "time_s")
+NUMBERS = ("x", "y", "z", "row", "time_s")
 
 
 def chart_table(drawn: Figure) -> Table:
     """List every point of a figure; one row each, in the order of the traces.
 
     Columns: `label`, `trace`, `role`; `x_axis`, `y_axis` (titles with units); `x`, `y`, `z` (z of a map, else null);
-    `x_text`, `y_text` for axes of names; `row` (the recording's, null where the point stands for no mark). Points
-    that break a line are left out. Draw with `ChartOptions(full=True)` for every point in double precision.
+    `x_text`, `y_text` for axes of names; `row` (the recording's, null where the point stands for no mark); `time_s` of
+    the mark where x is not time. Points that break a line are left out. Draw with `ChartOptions(full=True)` for every
+    point in double precision.
     """
     parts = [_points(trace, drawn["layout"]) for trace in drawn["data"]]
     columns: dict[str, Column] = {}
@@ -40,7 +41,7 @@ def _points(trace: Trace, layout: dict[str, Any]) -> dict[str, Any]:
     y, y_text = _numbers_or_words(y_values)
     placed = (np.isfinite(x) | (x_text != "")) & (np.isfinite(y) | (y_text != ""))
     keep = np.flatnonzero(placed)
-    row = _rows(trace, x.size)
+    row, time = _mark(trace, x.size)
     about = trace["meta"]
     titles = {k: layout.get(_axis_key(k, trace), {}).get("title", {}).get("text", "") for k in "xy"}
 
@@ -59,6 +60,7 @@ def _points(trace: Trace, layout: dict[str, Any]) -> dict[str, Any]:
         "x_text": [text or None for text in x_text[keep]],
         "y_text": [text or None for text in y_text[keep]],
         "row": row[keep],
+        "time_s": time[keep],
     }
 
 
@@ -86,8 +88,11 @@ def _numbers_or_words(values: Any) -> tuple[Floats, NDArray[Any]]:
     return np.asarray(values, np.float64), words
 
 
-def _rows(trace: Trace, size: int) -> Floats:
+def _mark(trace: Trace, size: int) -> tuple[Floats, Floats]:
+    """Row number and time of the mark that each point stands for."""
+    unknown = np.full(size, np.nan)
     if "customdata" not in trace:
-        return np.full(size, np.nan)
+        return unknown, unknown
     rows = np.asarray(trace["customdata"], np.float64)
-    return np.where(rows < 0, np.nan, rows)
+    time = trace.get("text", unknown)
+    return np.where(rows < 0, np.nan, rows), np.asarray(time, np.float64)

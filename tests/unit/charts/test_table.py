@@ -21,6 +21,7 @@ def test_every_point_of_the_figure_is_a_row_in_double_precision() -> None:
     track = [r for r in rows(table) if r["role"] == "series"]
     assert [r["x"] for r in track] == (east[[0, 2, 1, 3]] * 1e-3).tolist()
     assert [r["row"] for r in track] == [1, 3, 2, 4]
+    assert [r["time_s"] for r in track] == [0, 2, 1, 3]
     assert {r["label"] for r in track} == {"a"}
     assert {(r["x_axis"], r["y_axis"]) for r in track} == {("East, km", "North, km")}
 
