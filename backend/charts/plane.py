@@ -68,7 +68,7 @@ class Plane:
                 points.take(north),
                 name="true path",
                 # A target seen once has no line.
-                mode="lines+markers" if points.shown <= self.options.points else "lines",
+                mode="lines+markers" if points.shown <= theme.DOTTED_TRUTH else "lines",
                 line={"color": theme.TRUTH, "width": 1, "dash": "dash"},
                 marker={"color": theme.TRUTH, "size": 2.5},
                 customdata=points.take(recording.row[order]),

@@ -130,7 +130,7 @@ def _add_truth(
             points.take(time),
             options.number(points.take(truth[order])),
             name="true",
-            mode="lines+markers" if points.shown <= options.points else "lines",
+            mode="lines+markers" if points.shown <= theme.DOTTED_TRUTH else "lines",
             line={"color": theme.TRUTH, "width": 1, "dash": "dash"},
             marker={"color": theme.TRUTH, "size": 2.5},
             customdata=points.take(recording.row[order]),

@@ -21,6 +21,8 @@ FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, s
 SEQUENCE = ("#f0f4f8", "#c9dcec", "#94bfdd", "#5a9bc8", "#2a77ae", "#0b4f82")
 
 INTERVAL_OPACITY = 0.18
+# True paths of so few points have a dot at each: a target seen once has no line. More dots would hide the tracks.
+DOTTED_TRUTH = 500
 
 
 def series_color(index: int) -> str:
