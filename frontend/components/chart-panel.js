@@ -8,7 +8,7 @@ import { apiUrl, get } from "../js/api.js";
 import { t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
 import { describePoints, dressFigure, isOverTime, pointsOfRow, rowOf, rowsOf } from "../js/figure.js";
-import { loadPlotly } from "../js/plotly.js";
+import { giveUpWebgl, hasWebgl, loadPlotly } from "../js/plotly.js";
 import { chartColours, isDark, themes } from "../js/theme.js";
 import { failed, loading, notApplicable } from "./states.js";
 import { chartMenu } from "./chart-menu.js";
@@ -17,7 +17,7 @@ import { chartTable } from "./chart-table.js";
 /** @import { Figure, PlotlyElement, PlotlyLibrary } from "../types.d.ts" */
 /** @import { CursorBus } from "../js/cursor.js" */
 
-const CONFIG = { displaylogo: false, showSendToCloud: false, plotlyServerURL: "", displayModeBar: false, doubleClick: "reset" };
+const CONFIG = { displaylogo: false, showSendToCloud: false, plotlyServerURL: "", displayModeBar: false, doubleClick: "reset+autosize" };
 const NARROW_PX = 480;
 
 export class ChartPanel extends HTMLElement {
@@ -101,7 +101,7 @@ export class ChartPanel extends HTMLElement {
     if (plot.parentElement !== body) put(body, plot, overlay);
     const narrow = body.clientWidth < NARROW_PX;
     const dressed = dressFigure(figure, {
-      colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily,
+      colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, webgl: hasWebgl(), font: getComputedStyle(this).fontFamily,
     });
     dressed.layout.dragmode = this.panning ? "pan" : "zoom";
     this.narrow = narrow;
@@ -110,6 +110,10 @@ export class ChartPanel extends HTMLElement {
     if (fresh) {
       plot.on?.("plotly_hover", (event) => this.onHover(event));
       plot.on?.("plotly_click", (event) => this.onClick(event));
+      plot.on?.("plotly_webglcontextlost", () => {
+        giveUpWebgl();
+        this.draw();
+      });
       plot.on?.("plotly_afterplot", () => this.placeCursor());
     }
     plot.setAttribute("aria-label", this.summary());
@@ -136,9 +140,20 @@ export class ChartPanel extends HTMLElement {
     }
     const notes = (about.notes ?? []).map((/** @type {any} */ note) => `${note.label ? `${note.label}: ` : ""}${told(`chart.note.${note.code}`, note.text)}`);
     if (notes.length) {
-      parts.push(h("span", { class: "warn", tabindex: 0, role: "note", title: notes.join("\n"), "aria-label": notes.join(" ") }, t("chart.notes", { n: notes.length })));
+      parts.push(h("button", { class: "link", type: "button", title: notes.join("\n"), "aria-expanded": "false", onclick: (/** @type {Event} */ event) => this.toggleNotes(notes, /** @type {HTMLElement} */ (event.target)) }, t("chart.notes", { n: notes.length })));
     }
     put(/** @type {HTMLElement} */ (this.note), ...parts);
+  }
+
+  /**
+   * @param {string[]} notes
+   * @param {HTMLElement} button
+   */
+  toggleNotes(notes, button) {
+    const shown = this.body?.querySelector(".notes");
+    button.setAttribute("aria-expanded", String(!shown));
+    if (shown) shown.remove();
+    else this.body?.append(h("ul", { class: "notes small", role: "status" }, notes.map((note) => h("li", null, note))));
   }
 
   /** @param {boolean} full */

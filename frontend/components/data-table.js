@@ -27,6 +27,8 @@ export class DataTable extends HTMLElement {
   rows = [];
   caption = "";
   fold = false;
+  /** Scrolls inside itself, so that what stands above stays in view. */
+  tall = false;
   /** @type {((row: any) => void) | null} */
   onpick = null;
   /** @type {((row: any) => string) | null} address that a row opens */
@@ -65,7 +67,7 @@ export class DataTable extends HTMLElement {
     const pages = Math.max(1, Math.ceil(rows.length / PAGE_ROWS));
     const shown = rows.slice(this.page * PAGE_ROWS, (this.page + 1) * PAGE_ROWS);
     put(this,
-      h("div", { class: "table-wrap", tabindex: 0, role: "region", "aria-label": this.caption },
+      h("div", { class: this.tall ? "table-wrap tall" : "table-wrap", tabindex: 0, role: "region", "aria-label": this.caption },
         h("table", { class: this.fold ? "fold" : null },
           h("caption", { class: "sr-only" }, this.caption),
           h("thead", null, h("tr", null, this.columns.map((column, i) => this.heading(column, i)))),

@@ -126,6 +126,7 @@ export class ParameterForm extends HTMLElement {
       input.setAttribute("aria-invalid", String(Boolean(message)));
       input.setAttribute("aria-describedby", message ? error.id : hint.id);
       hint.textContent = this.hintOf(field, typed);
+      hint.title = words(field.description);
       if (input instanceof HTMLSelectElement) this.showDefault(field, input);
       else input.placeholder = placeholderOf(field, this.site).text;
     };
@@ -169,7 +170,8 @@ export class ParameterForm extends HTMLElement {
     if (meaning) parts.push(`${chosen}: ${meaning}.`);
     if (source === "site" && !typed) parts.push(t("form.from_site"));
     if (source === "fallback" && !typed) parts.push(t("form.site_has_none"));
-    if (field.description && !meaning) parts.push(field.description.replace(/\s+/g, " ").trim());
+    // One sentence under the field; all of them are in its tooltip and in the catalogue.
+    if (field.description && !meaning) parts.push(words(field.description).split(/(?<=\.)\s/)[0]);
     const range = rangeOf(field);
     if (range) parts.push(`${range}${field.unit ? ` ${field.unit}` : ""}`);
     return parts.join(" ");
@@ -199,6 +201,11 @@ export class ParameterForm extends HTMLElement {
       this.json?.setAttribute("aria-invalid", "true");
     }
   }
+}
+
+/** A description in one line. @param {string} text */
+function words(text) {
+  return text.replace(/\s+/g, " ").trim();
 }
 
 /** A symbol of the paper with its index: σ_n. @param {string} text */

@@ -82,7 +82,7 @@ function metricGrid(rows, labels) {
         const counts = [...new Set(own.filter(Boolean).map((row) => row?.n))];
         return h("tr", null,
           h("th", { scope: "row", title: name }, told(`metric.${name}`, name)),
-          own.map((row, i) => h("td", { class: "number" }, row ? metricCell(row, i === best) : "–")),
+          own.map((row) => h("td", { class: "number" }, row ? metricCell(row, best !== null && row.value === best) : "–")),
           h("td", { class: "number muted" }, counts.map((n) => formatCount(/** @type {number} */ (n))).join(" / ")));
       })))),
     anyInterval ? null : h("p", { class: "small muted", style: "padding: 6px 12px" }, t("metrics.no_interval")));
@@ -110,15 +110,15 @@ function metricCell(row, best) {
 }
 
 /**
- * The place of the best value, where one is better than the others.
+ * The best value, where not all are the same.
  * @param {string} name
  * @param {(number | null)[]} values
  */
 function bestOf(name, values) {
   const known = values.filter((value) => value !== null);
-  if (known.length < 2 || !(SMALLER.test(name) || LARGER.has(name))) return -1;
+  if (known.length < 2 || !(SMALLER.test(name) || LARGER.has(name))) return null;
   const best = LARGER.has(name) ? Math.max(...known) : Math.min(...known);
-  return known.filter((value) => value === best).length === known.length ? -1 : values.indexOf(best);
+  return known.every((value) => value === best) ? null : best;
 }
 
 /**
@@ -148,6 +148,7 @@ export function decisionsTab(run, bus) {
       isCurrent: (row) => bus.now.row !== null && row.row === bus.now.row && (bus.now.label === null || row.label === bus.now.label),
     });
     table.dataset.table = "decisions";
+    table.tall = true;
     followCursor(table, bus);
     const count = (/** @type {string} */ code) => rows.filter((row) => row.decision === code).length;
     const choose = (/** @type {"decision" | "label"} */ field, /** @type {string[]} */ values, /** @type {(value: string) => string} */ words) => h("select", {

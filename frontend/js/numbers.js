@@ -68,7 +68,7 @@ export function formatShare(share) {
 export function formatQuantity(value, unit) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (unit === "m" && Math.abs(value) >= 10000) return `${formatNumber(value / 1000)} km`;
-  return unit ? `${formatNumber(value)} ${unit}` : formatNumber(value);
+  return unit && unit !== "1" ? `${formatNumber(value)} ${unit}` : formatNumber(value);
 }
 
 /**

@@ -28,7 +28,7 @@ export function entryStyle(index) {
 export function swatch(index, drawn = {}) {
   const style = entryStyle(index);
   const dash = /** @type {Record<string, string>} */ (STROKES)[drawn.dash ?? style.dash] ?? "";
-  return svg("svg", { viewBox: "0 0 26 10", class: "swatch", "aria-hidden": "true" },
+  return svg("svg", { viewBox: "0 0 26 10", width: 26, height: 10, class: "swatch", "aria-hidden": "true" },
     svg("line", {
       x1: 1, y1: 5, x2: 25, y2: 5, "stroke-width": 2.5, stroke: drawn.colour ?? style.colour, "stroke-dasharray": dash || null,
     }));

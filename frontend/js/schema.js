@@ -1,7 +1,7 @@
 // @ts-check
 // From an algorithm's JSON schema to the fields of its form, and from what was typed back to parameters.
 
-import { parseNumber, formatExact } from "./numbers.js";
+import { parseNumber, formatCount, formatExact } from "./numbers.js";
 
 /** @import { ParameterSchema, ParametersSchema, Site, FieldError } from "../types.d.ts" */
 
@@ -163,11 +163,16 @@ export function readField(field, text) {
  * @param {FieldSpec} field
  */
 export function rangeOf(field) {
-  const low = field.least === null ? "" : formatExact(field.least);
-  const high = field.most === null ? "" : formatExact(field.most);
+  const low = field.least === null ? "" : formatBound(field.least);
+  const high = field.most === null ? "" : formatBound(field.most);
   if (low && high) return `${field.leastOpen ? ">" : ""}${field.leastOpen ? " " : ""}${low} … ${field.mostOpen ? "< " : ""}${high}`;
   if (low) return `${field.leastOpen ? ">" : "≥"} ${low}`;
   return high ? `${field.mostOpen ? "<" : "≤"} ${high}` : "";
+}
+
+/** @param {number} bound */
+function formatBound(bound) {
+  return Number.isInteger(bound) && Math.abs(bound) < 1e9 ? formatCount(bound) : formatExact(bound);
 }
 
 /**

@@ -103,6 +103,7 @@ class RecordingPage extends HTMLElement {
     try {
       /** @type {{items: ChartItem[]}} */
       const { items } = await get(`recordings/${recording.id}/charts`, { signal: this.stop?.signal });
+      items.sort((a, b) => Number(b.name === "plan") - Number(a.name === "plan"));
       put(box, items.map((chart) => chartPanel({ source: `recordings/${recording.id}/charts/${chart.name}`, heading: told(`chart.${chart.name}`, chart.title), bus })));
     } catch (error) {
       if (!this.stop?.signal.aborted) put(box, failed(error));

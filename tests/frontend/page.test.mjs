@@ -43,7 +43,7 @@ test("a label cannot break out of a shell command or of Python", () => {
   assert.match(python, /it's \\"here\\"/);
 });
 
-const LOOK = { colours: { text: "rgb(1, 2, 3)", muted: "m", line: "l", grid: "g", surface: "s", measurement: "me" }, dark: true, hidden: new Set(["b"]), font: "f", narrow: false };
+const LOOK = { colours: { text: "rgb(1, 2, 3)", muted: "m", line: "l", grid: "g", surface: "s", measurement: "me" }, dark: true, hidden: new Set(["b"]), font: "f", narrow: false, webgl: false };
 
 test("figures take the theme's colours by role and hide what is hidden", () => {
   const figure = {
@@ -51,6 +51,7 @@ test("figures take the theme's colours by role and hide what is hidden", () => {
       { type: "scatter", name: "truth", line: { color: "#000" }, meta: { role: "truth", label: null } },
       { type: "scatter", name: "a", line: { color: "#0072B2" }, hovertemplate: "x", meta: { role: "series", label: "a" } },
       { type: "scatter", name: "b", line: { color: "#D55E00" }, meta: { role: "series", label: "b" } },
+      { type: "scattergl", name: "a", marker: { color: "#0072B2" }, meta: { role: "series", label: "a" } },
       { type: "bar", name: "n", marker: { color: "#f0f4f8" }, meta: { role: "measurement", label: null } },
     ],
     layout: { title: { text: "T" }, xaxis: { title: { text: "Time, s" } }, yaxis: { title: { text: "Error, m" } } },
@@ -61,7 +62,8 @@ test("figures take the theme's colours by role and hide what is hidden", () => {
   assert.equal(data[1].hovertemplate, undefined);
   assert.equal(data[1].hoverinfo, "none");
   assert.equal(data[2].visible, false);
-  assert.notEqual(data[3].marker.color, "#f0f4f8");
+  assert.equal(data[3].type, "scatter", "without WebGL markers are SVG");
+  assert.notEqual(data[4].marker.color, "#f0f4f8");
   assert.equal(layout.title, undefined);
   assert.equal(layout.hovermode, "x");
   assert.equal(figure.data[1].hovertemplate, "x", "the fetched figure stays as it was");

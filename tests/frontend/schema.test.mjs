@@ -52,7 +52,7 @@ test("typed text becomes a value or a reason", () => {
 });
 
 test("ranges are written with open and closed ends", () => {
-  assert.equal(rangeOf(FIELDS.sigma_toa_ns), "> 0 … 1000000");
+  assert.equal(rangeOf(FIELDS.sigma_toa_ns), "> 0 … 1\u202f000\u202f000");
   assert.equal(rangeOf(FIELDS.history), "≥ 1");
   assert.equal(rangeOf(FIELDS.smooth), "");
 });
