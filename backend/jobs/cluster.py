@@ -7,7 +7,9 @@ Nothing here is imported before the server answers: Dask takes a second.
 from __future__ import annotations
 
 import logging
+import os
 import secrets
+import signal
 import threading
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
@@ -17,14 +19,13 @@ from backend.jobs import work
 from backend.settings import Settings
 
 if TYPE_CHECKING:
-    from distributed import Client, Future, LocalCluster
+    from distributed import Client, Future, LocalCluster, Nanny
 
 logger = logging.getLogger(__name__)
 
-# Seconds that a scheduler may take to answer when we connect, a worker to come back after a restart, workers to
-# hear that their blocks are given up, and connections and workers to end.
+# Seconds that a scheduler may take to answer when we connect, workers to hear that their blocks are given up, and
+# connections and workers to end.
 CONNECT_S = 10
-RESTART_S = 20
 SIGNAL_S = 0.5
 CLOSE_S = 5
 
@@ -91,8 +92,9 @@ class Cluster:
         self._client.run(work.cancel, list(tokens), on_error="ignore")
 
     def restart(self, worker: str) -> None:
-        """Kill and restart a worker that does not come back; waits until it is there."""
-        self._client.restart_workers([worker], timeout=RESTART_S, raise_for_error=False)
+        """Kill a worker that does not come back; its nanny starts a new one under another address."""
+        # Dask's own restart asks politely for four seconds first. A worker without a nanny cannot be restarted.
+        self._client.run(_kill, workers=[worker], nanny=True, on_error="ignore")
 
     def heal(self) -> bool:
         """Start the workers of our own cluster again where all are gone; False where that is not ours to do."""
@@ -104,13 +106,19 @@ class Cluster:
 
     def close(self, tokens: list[str]) -> None:
         """End the connection, and the workers that are ours; blocks under way (`tokens`) are given up."""
-        signal = threading.Thread(target=self.signal_cancel, args=(tokens,), daemon=True)
-        signal.start()
+        hint = threading.Thread(target=self.signal_cancel, args=(tokens,), daemon=True)
+        hint.start()
         # A worker that hangs does not answer; ours are killed anyway.
-        signal.join(SIGNAL_S)
+        hint.join(SIGNAL_S)
         self._client.close(timeout=CLOSE_S)
         if self._local is not None:
             self._local.close(timeout=CLOSE_S)
+
+
+def _kill(dask_worker: Nanny) -> None:
+    """Runs in a nanny, which Dask gives as `dask_worker`."""
+    if dask_worker.pid is not None:
+        os.kill(dask_worker.pid, signal.SIGKILL)
 
 
 def _local_cluster(settings: Settings) -> LocalCluster:
@@ -130,6 +138,8 @@ def _local_cluster(settings: Settings) -> LocalCluster:
         dashboard_address="127.0.0.1:0",
         local_directory=str(scratch),
         silence_logs=logging.ERROR,
+        # Ctrl-C in a terminal reaches the whole group; only the server decides when to end.
+        preload=["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],
         env={} if settings.kernel_cache is None else {"FILTERROOM_KERNEL_CACHE": str(settings.kernel_cache)},
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
@@ -26,11 +27,23 @@ class Parser:
         self._max_rows = settings.max_rows
         self._process = ReaderProcess(settings.reader_memory_bytes, settings.reader_timeout_s)
         self._stopping = False
+        self._under_way: dict[str, Future[recordings.Recording]] = {}
+        # Reentrant: a future that is done already calls back at once.
+        self._lock = threading.RLock()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="parser")
 
     def parse(self, recording_id: str) -> Future[recordings.Recording]:
-        """Parse a recording; the future gives its row, `ready` or `failed`."""
-        return self._thread.submit(self._parse, recording_id)
+        """Parse a recording, once however often it is asked for; the future gives its row, `ready` or `failed`."""
+        with self._lock:
+            future = self._under_way.get(recording_id)
+            if future is None:
+                future = self._under_way[recording_id] = self._thread.submit(self._parse, recording_id)
+                future.add_done_callback(lambda _: self._forget(recording_id))
+            return future
+
+    def _forget(self, recording_id: str) -> None:
+        with self._lock:
+            del self._under_way[recording_id]
 
     def resume(self) -> None:
         """Parse again what an earlier server did not finish."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -58,15 +60,15 @@ def gone(processes: list[psutil.Process]) -> bool:
 def test_a_killed_server_goes_on_with_the_rest(plugin: None, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     house = settle(tmp_path / "data")
     markers = [tmp_path / f"starts {i}" for i in range(3)]
-    quick, slow, last = ({"marker": str(m), "seconds": s} for m, s in zip(markers, (0.0, 3.0, 0.0), strict=True))
-    with server(house, quick, slow, last) as process:
+    entries = [{"marker": str(m), "seconds": s} for m, s in zip(markers, (0.0, 0.0, 5.0), strict=True)]
+    with server(house, *entries) as process:
         run_id = first_line(process)
 
         def finished() -> dict[int, str]:
             with house.database.read() as connection:
                 return outcomes.finished_blocks(connection, run_id)
 
-        wait_for(lambda: {0, 2} <= set(finished()) and markers[1].exists(), "two blocks are finished", 120)
+        wait_for(lambda: set(finished()) == {0, 1} and markers[2].exists(), "the third of three blocks", 120)
         children = family(process)
         assert len(children) >= 2
         process.kill()
@@ -80,7 +82,7 @@ def test_a_killed_server_goes_on_with_the_rest(plugin: None, tmp_path: Path, req
     assert house.run(run_id).state in ("queued", "running")
     run = house.wait(run_id, "succeeded", "failed")
     assert run.state == "succeeded"
-    assert [len(m.read_text().splitlines()) for m in markers] == [1, 2, 1]
+    assert [len(m.read_text().splitlines()) for m in markers] == [1, 1, 2]
     with house.database.read() as connection:
         log = [line.text for line in events.log_lines(connection, run_id)]
     assert "Goes on after a restart of the server: 2 of 3 algorithms are finished already." in log
@@ -106,11 +108,18 @@ def test_killed_while_starting_leaves_no_process_and_no_lock(tmp_path: Path) -> 
     house.database.close()
 
 
-def test_a_graceful_stop_leaves_no_process(tmp_path: Path) -> None:
+def test_an_interrupt_reaches_no_worker_and_a_graceful_stop_leaves_none(tmp_path: Path) -> None:
+    """Ctrl-C in a terminal: the workers neither die nor print; the server ends them."""
     house = settle(tmp_path / "data")
     with server(house, {"seconds": 60.0}) as process:
         run_id = first_line(process)
         house.wait(run_id, "running", "failed")
+        workers = [p for p in family(process) if "spawn_main" in " ".join(p.cmdline())]
+        assert len(workers) == 2
+        for worker in workers:
+            worker.send_signal(signal.SIGINT)
+        time.sleep(0.5)
+        assert not any(gone([worker]) for worker in workers)
         children = family(process)
         assert process.stdin is not None
         process.stdin.close()

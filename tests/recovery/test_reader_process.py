@@ -155,7 +155,10 @@ class TestParser:
 
     def test_a_recording_becomes_ready(self, parts: tuple[Database, Store, Parser]) -> None:
         database, store, parser = parts
-        recording = parser.parse(self.upload(database, store, MARKS + BAD_ROW)).result(60)
+        recording_id = self.upload(database, store, MARKS + BAD_ROW)
+        reading = parser.parse(recording_id)
+        assert parser.parse(recording_id) is reading, "it is read once"
+        recording = reading.result(60)
         assert (recording.state, recording.rows_accepted, recording.rows_rejected) == ("ready", 20, 1)
         assert recording.data_sha256 is not None
         assert len(recording_from_arrays(store.get_arrays(recording.data_sha256))) == 20
