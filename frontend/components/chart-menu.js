@@ -17,7 +17,6 @@ export function chartMenu(panel) {
   const list = h("div", { hidden: true },
     item(t("chart.reset_view"), () => panel.resetView()),
     item(t("chart.pan"), () => panel.togglePanning()),
-    item(t("chart.full"), () => panel.setFull(!panel.full)),
     item("PNG", () => panel.saveImage("png")),
     item("SVG", () => panel.saveImage("svg")),
     link("CSV", "csv"), link("JSON", "json"), link("HTML", "html"),

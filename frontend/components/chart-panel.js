@@ -8,7 +8,7 @@ import { apiUrl, get } from "../js/api.js";
 import { t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
 import { describePoints, dressFigure, isOverTime, pointsOfRow, rowOf, rowsOf } from "../js/figure.js";
-import { giveUpWebgl, hasWebgl, loadPlotly } from "../js/plotly.js";
+import { loadPlotly } from "../js/plotly.js";
 import { chartColours, isDark, themes } from "../js/theme.js";
 import { failed, loading, notApplicable } from "./states.js";
 import { chartMenu } from "./chart-menu.js";
@@ -19,6 +19,10 @@ import { chartTable } from "./chart-table.js";
 
 const CONFIG = { displaylogo: false, showSendToCloud: false, plotlyServerURL: "", displayModeBar: false, doubleClick: "reset+autosize" };
 const NARROW_PX = 480;
+// Points of a curve; marks are drawn one by one up to ten times as many for each entry. SVG draws these at once.
+const POINTS = 800;
+// More points than this would stop the browser for seconds; they are in the CSV.
+const MOST_POINTS = 60000;
 
 export class ChartPanel extends HTMLElement {
   /** Where the chart's data are: `runs/ID/charts/plan`. */
@@ -77,7 +81,7 @@ export class ChartPanel extends HTMLElement {
   async load() {
     try {
       const [figure, plotly] = await Promise.all([
-        /** @type {Promise<Figure>} */ (get(`${this.source}.json`, { query: { full: this.full || null }, signal: this.stop?.signal })),
+        /** @type {Promise<Figure>} */ (get(`${this.source}.json`, { query: this.full ? { full: true } : { points: POINTS }, signal: this.stop?.signal })),
         loadPlotly(),
       ]);
       this.figure = figure;
@@ -101,7 +105,7 @@ export class ChartPanel extends HTMLElement {
     if (plot.parentElement !== body) put(body, plot, overlay);
     const narrow = body.clientWidth < NARROW_PX;
     const dressed = dressFigure(figure, {
-      colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, webgl: hasWebgl(), font: getComputedStyle(this).fontFamily,
+      colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily,
     });
     dressed.layout.dragmode = this.panning ? "pan" : "zoom";
     this.narrow = narrow;
@@ -110,10 +114,6 @@ export class ChartPanel extends HTMLElement {
     if (fresh) {
       plot.on?.("plotly_hover", (event) => this.onHover(event));
       plot.on?.("plotly_click", (event) => this.onClick(event));
-      plot.on?.("plotly_webglcontextlost", () => {
-        giveUpWebgl();
-        this.draw();
-      });
       plot.on?.("plotly_afterplot", () => this.placeCursor());
     }
     plot.setAttribute("aria-label", this.summary());
@@ -134,7 +134,8 @@ export class ChartPanel extends HTMLElement {
     const parts = [];
     if (about.decimated) {
       parts.push(h("span", { class: "nowrap" }, t("chart.decimated", { shown: formatCount(about.decimated.shown), of: formatCount(about.decimated.of) })),
-        h("button", { class: "link", type: "button", onclick: () => this.setFull(true) }, t("chart.all_points")));
+        about.decimated.of <= MOST_POINTS ? h("button", { class: "link", type: "button", onclick: () => this.setFull(true) }, t("chart.all_points"))
+          : h("a", { href: this.address("csv"), download: "" }, t("chart.all_in_csv")));
     } else if (this.full) {
       parts.push(h("button", { class: "link", type: "button", onclick: () => this.setFull(false) }, t("chart.fewer_points")));
     }

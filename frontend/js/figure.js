@@ -19,11 +19,11 @@ const SEQUENCE = {
 /**
  * The figure as the page shows it: a changed copy.
  * @param {Figure} figure
- * @param {{colours: Colours, dark: boolean, hidden: Set<string>, font: string, narrow: boolean, webgl: boolean}} look
+ * @param {{colours: Colours, dark: boolean, hidden: Set<string>, font: string, narrow: boolean}} look
  * @returns {Figure}
  */
-export function dressFigure(figure, { colours, dark, hidden, font, narrow, webgl }) {
-  const data = figure.data.map((trace) => dressTrace(trace, { colours, dark, hidden, webgl }));
+export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
+  const data = figure.data.map((trace) => dressTrace(trace, { colours, dark, hidden }));
   const layout = { ...figure.layout };
   delete layout.title;
   delete layout.width;
@@ -68,12 +68,13 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, webgl
 
 /**
  * @param {Trace} trace
- * @param {{colours: Colours, dark: boolean, hidden: Set<string>, webgl: boolean}} look
+ * @param {{colours: Colours, dark: boolean, hidden: Set<string>}} look
  * @returns {Trace}
  */
-function dressTrace(trace, { colours, dark, hidden, webgl }) {
+function dressTrace(trace, { colours, dark, hidden }) {
   const copy = { ...trace };
-  if (!webgl && copy.type === "scattergl") copy.type = "scatter";
+  // Plotly compiles its WebGL commands from strings, which the page's policy forbids (no unsafe-eval): draw as SVG.
+  if (copy.type === "scattergl") copy.type = "scatter";
   const role = trace.meta?.role;
   const token = role ? /** @type {Record<string, keyof Colours>} */ (THEMED)[role] : undefined;
   copy.showlegend = trace.type === "bar";

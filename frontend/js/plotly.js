@@ -7,24 +7,6 @@ import { get } from "./api.js";
 
 /** @type {Promise<PlotlyLibrary> | null} */
 let loading = null;
-/** @type {boolean | null} */
-let webgl = null;
-
-/** Whether this browser gives drawing contexts of WebGL; where it does not, markers are drawn as SVG. */
-export function hasWebgl() {
-  if (webgl === null) {
-    const context = document.createElement("canvas").getContext("webgl");
-    webgl = context !== null;
-    // Browsers keep few contexts alive; this one was only a question.
-    context?.getExtension("WEBGL_lose_context")?.loseContext();
-  }
-  return webgl;
-}
-
-/** Remember that a context was taken away: from now on everything is SVG. */
-export function giveUpWebgl() {
-  webgl = false;
-}
 
 /** @returns {Promise<PlotlyLibrary>} */
 export function loadPlotly() {

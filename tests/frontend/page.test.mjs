@@ -43,7 +43,7 @@ test("a label cannot break out of a shell command or of Python", () => {
   assert.match(python, /it's \\"here\\"/);
 });
 
-const LOOK = { colours: { text: "rgb(1, 2, 3)", muted: "m", line: "l", grid: "g", surface: "s", measurement: "me" }, dark: true, hidden: new Set(["b"]), font: "f", narrow: false, webgl: false };
+const LOOK = { colours: { text: "rgb(1, 2, 3)", muted: "m", line: "l", grid: "g", surface: "s", measurement: "me" }, dark: true, hidden: new Set(["b"]), font: "f", narrow: false };
 
 test("figures take the theme's colours by role and hide what is hidden", () => {
   const figure = {
@@ -62,7 +62,7 @@ test("figures take the theme's colours by role and hide what is hidden", () => {
   assert.equal(data[1].hovertemplate, undefined);
   assert.equal(data[1].hoverinfo, "none");
   assert.equal(data[2].visible, false);
-  assert.equal(data[3].type, "scatter", "without WebGL markers are SVG");
+  assert.equal(data[3].type, "scatter", "the policy forbids what WebGL needs");
   assert.notEqual(data[4].marker.color, "#f0f4f8");
   assert.equal(layout.title, undefined);
   assert.equal(layout.hovermode, "x");
