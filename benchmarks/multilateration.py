@@ -43,7 +43,7 @@ def best(call: Callable[[], object], repeats: int) -> float:
 
 
 def kernel_run(recording: ToaMarks, profile: str) -> Callable[[], lanes.Report]:
-    """Prepare a call of the kernel alone: the filter over all marks of a block of trials."""
+    """Prepare a call of the kernel alone: the filter over all marks of a block of trials, states and NIS kept."""
     start = Start(mode="truth", sd=SD)
     parameters = FilterWithAltitudeParameters(profile=profile, start=start)
     conditions = conditions_of(recording, parameters, profile=profile, with_altitude=True)
@@ -60,12 +60,14 @@ def kernel_run(recording: ToaMarks, profile: str) -> Callable[[], lanes.Report]:
         )
         for b in blocks
     ]
-    reports = [lanes.new_report(len(recording), 4, b.stop - b.start) for b in blocks]
+    reports = [lanes.new_report(len(recording), 4, b.stop - b.start, covariance=False) for b in blocks]
+
+    now, work = lanes.new_now(4), lanes.new_rows(4)
 
     def call() -> lanes.Report:
         for b, m, report in zip(blocks, marks, reports, strict=True):
             track = started(start, recording, rows, np.arange(b.start, b.stop), LocalContext())
-            filter_marks(m, setup, track, report, 0, len(recording))
+            filter_marks(m, setup, track, now, work, report, 0, len(recording))
         return reports[0]
 
     return call

@@ -7,7 +7,7 @@ import numpy as np
 from algorithms.multilateration.fix import residual_rms, solve_mark
 from algorithms.multilateration.lanes import (
     CLAIM_SHARE_OF_RANGE,
-    COAST,
+    IMPOSSIBLE_TOA,
     INITIALISED,
     NOT_INITIALISED,
     R_CLAIM,
@@ -18,8 +18,10 @@ from algorithms.multilateration.lanes import (
     R_NO_START,
     R_NONE,
     R_RESIDUAL,
+    R_SPREAD,
     R_TWO,
     REINITIALISED,
+    REJECTED_TIME,
     RESIDUAL_GATE,
     RESTART_SIGMA,
     STALE_S,
@@ -108,16 +110,16 @@ def _mahalanobis2(lane, track, position, covariance):
 
 
 @kernel
-def _solve_lane(lane, setup, toa_m, used, altitude, has_altitude, position, covariance, cost, work):
-    """One-mark fix of a lane: (number of solutions, reason where it is 0)."""
+def _solve_lane(lane, setup, now):
+    """One-mark fix of a lane into `now.fix_*`: (number of solutions, reason where it is 0)."""
     n_stations = setup.stations.shape[0]
-    count = 0
+    work = now.work
     for s in range(n_stations):
-        work[0, s] = toa_m[s, lane]
-        work[1, s] = used[s, lane]
-        count += 1 if used[s, lane] > 0.0 else 0
-    height = altitude[lane] if has_altitude[lane] > 0.0 else np.nan
-    known = 1 if has_altitude[lane] > 0.0 else 0
+        work[0, s] = now.toa[s, lane]
+        work[1, s] = now.used[s, lane]
+    height = now.altitude[lane] if now.has_altitude[lane] > 0.0 else np.nan
+    known = 1 if now.has_altitude[lane] > 0.0 else 0
+    count = now.receptions[lane]
     if count + known < 4 or count < 3:
         return 0, R_NO_START
     n = solve_mark(
@@ -130,20 +132,20 @@ def _solve_lane(lane, setup, toa_m, used, altitude, has_altitude, position, cova
         setup.earth,
         setup.earth_centre,
         setup.earth_radius,
-        position,
-        covariance,
-        cost,
+        now.fix_position,
+        now.fix_covariance,
+        now.fix_cost,
     )
     if n == 0:
         return 0, R_NO_SOLUTION
     if count + known > 4:
         kept = 0
         for j in range(n):
-            if residual_rms(position[j], work[0], work[1], setup.stations, work[2]) <= setup.residual_gate_m:
+            rms = residual_rms(now.fix_position[j], work[0], work[1], setup.stations, work[2])
+            if rms <= setup.residual_gate_m:
                 if kept != j:
-                    position[kept] = position[j]
-                    covariance[kept] = covariance[j]
-                    cost[kept] = cost[j]
+                    now.fix_position[kept] = now.fix_position[j]
+                    now.fix_covariance[kept] = now.fix_covariance[j]
                 kept += 1
         if kept == 0:
             return 0, R_RESIDUAL
@@ -152,16 +154,17 @@ def _solve_lane(lane, setup, toa_m, used, altitude, has_altitude, position, cova
 
 
 @kernel
-def _begin(lane, gate, setup, track, toa_m, used, n, position, covariance):
-    """Start a track (and its rival) from the solutions of a mark."""
-    _start(lane, 0, track, position[0], covariance[0])
+def _begin(lane, gate, setup, track, now, first, n):
+    """Start a lane from solution `first` of the mark; a second solution becomes its rival."""
+    _start(lane, 0, track, now.fix_position[first], now.fix_covariance[first])
     track.rival[lane] = 0
     if n == 2:
-        _start(lane, 1, track, position[1], covariance[1])
+        _start(lane, 1, track, now.fix_position[1 - first], now.fix_covariance[1 - first])
         track.rival[lane] = 1
     offset = 0.0
     if setup.robust:
-        offset = emission_offset(position[0, 0], position[0, 1], position[0, 2], toa_m, used, setup.stations, lane)
+        p = now.fix_position[first]
+        offset = emission_offset(p[0], p[1], p[2], now.toa, now.used, setup.stations, lane)
     track.time[lane] = gate + offset
     track.last_update[lane] = track.time[lane]
     track.live[lane] = 1
@@ -170,97 +173,75 @@ def _begin(lane, gate, setup, track, toa_m, used, n, position, covariance):
 
 
 @kernel
-def _restart(lane, gate, setup, track, toa_m, used, position, covariance):
-    """Put a fix in place of a lost state; the track goes on under its number."""
-    _begin(lane, gate, setup, track, toa_m, used, 1, position, covariance)
+def _try_start(lane, gate, setup, track, now):
+    """Start a track in a lane that has none, or say why not."""
+    n, why = _solve_lane(lane, setup, now)
+    if n == 0:
+        now.status[lane] = RESIDUAL_GATE if why == R_RESIDUAL else NOT_INITIALISED
+        now.reason[lane] = why
+        return
+    _begin(lane, gate, setup, track, now, 0, n)
+    if setup.robust and claim_too_large(lane, setup, track):
+        drop(lane, track)
+        now.status[lane] = NOT_INITIALISED
+        now.reason[lane] = R_CLAIM
+        return
+    track.started[lane] += 1
+    track.number[lane] = track.started[lane]
+    now.status[lane] = INITIALISED
+    now.reason[lane] = R_TWO if n == 2 else R_NONE
 
 
 @kernel
-def begin_or_solve(
-    lane,
-    gate,
-    setup,
-    track,
-    toa_m,
-    used,
-    altitude,
-    has_altitude,
-    count,
-    at,
-    iterate,
-    go,
-    status,
-    reason,
-    work,
-):
-    """Decide what a lane does with a possible mark: start, restart, update (and where to linearise), or nothing."""
-    go[lane] = 0.0
-    iterate[lane] = 0
-    if track.live[lane] == 0 or (setup.robust and track.rival[lane] == 0):
-        new = track.live[lane] == 0
-        unknown = False
-        if not new:
-            unknown = (
-                track.p[0, 2, lane] > VELOCITY_UNKNOWN_MPS**2
-                or track.p[0, 14, lane] > VELOCITY_UNKNOWN_MPS**2
-                or track.time[lane] - track.last_update[lane] > STALE_S
-                or track.suspect[lane] == 1
-            )
-        if new or unknown:
-            position = np.empty((2, 3))
-            covariance = np.empty((2, 6))
-            cost = np.empty(2)
-            n, why = _solve_lane(lane, setup, toa_m, used, altitude, has_altitude, position, covariance, cost, work)
-            if new:
-                if n == 0:
-                    status[lane] = RESIDUAL_GATE if why == R_RESIDUAL else NOT_INITIALISED
-                    reason[lane] = why
-                    return
-                _begin(lane, gate, setup, track, toa_m, used, n, position, covariance)
-                track.started[lane] += 1
-                track.number[lane] = track.started[lane]
-                if setup.robust and claim_too_large(lane, setup, track):
-                    drop(lane, track)
-                    track.started[lane] -= 1
-                    status[lane] = NOT_INITIALISED
-                    reason[lane] = R_CLAIM
-                    return
-                status[lane] = INITIALISED
-                reason[lane] = R_TWO if n == 2 else R_NONE
-                return
-            if why == R_RESIDUAL:
-                status[lane] = RESIDUAL_GATE
-                reason[lane] = why
-                return
-            if n > 0:
-                best = 0
-                d2 = _mahalanobis2(lane, track, position[0], covariance[0])
-                if n == 2:
-                    other = _mahalanobis2(lane, track, position[1], covariance[1])
-                    if other < d2:
-                        best = 1
-                        d2 = other
-                if d2 > RESTART_SIGMA**2 or track.suspect[lane] == 1:
-                    why = R_INCONSISTENT if track.suspect[lane] == 1 else R_FIX
-                    _restart(
-                        lane,
-                        gate,
-                        setup,
-                        track,
-                        toa_m,
-                        used,
-                        position[best : best + 1],
-                        covariance[best : best + 1],
-                    )
-                    status[lane] = REINITIALISED
-                    reason[lane] = why
-                    return
-                for a in range(3):
-                    at[a, lane] = position[best, a]
-            else:
-                iterate[lane] = 1
-    if count[lane] >= 2 or has_altitude[lane] > 0.0:
-        go[lane] = 1.0
-    else:
-        status[lane] = COAST
-        reason[lane] = R_FEW
+def _solve_anew(lane, gate, setup, track, now):
+    """Hold a track whose linearisation cannot be trusted against the mark's own fix; True where that ends the mark."""
+    n, why = _solve_lane(lane, setup, now)
+    if why == R_RESIDUAL:
+        now.status[lane] = RESIDUAL_GATE
+        now.reason[lane] = why
+        return True
+    if n == 0:
+        now.iterate[lane] = 1
+        return False
+    best = 0
+    d2 = _mahalanobis2(lane, track, now.fix_position[0], now.fix_covariance[0])
+    if n == 2:
+        other = _mahalanobis2(lane, track, now.fix_position[1], now.fix_covariance[1])
+        if other < d2:
+            best = 1
+            d2 = other
+    if d2 > RESTART_SIGMA**2 or track.suspect[lane] == 1:
+        now.reason[lane] = R_INCONSISTENT if track.suspect[lane] == 1 else R_FIX
+        now.status[lane] = REINITIALISED
+        _begin(lane, gate, setup, track, now, best, 1)
+        return True
+    for a in range(3):
+        now.at[a, lane] = now.fix_position[best, a]
+    return False
+
+
+@kernel
+def decide(lanes, gate, setup, track, now):
+    """Decide what each lane does with the mark: start, restart, update (and where to linearise), or nothing."""
+    for lane in range(lanes):
+        if now.status[lane] == REJECTED_TIME:
+            continue
+        if now.possible[lane] == 0:
+            now.status[lane] = IMPOSSIBLE_TOA
+            now.reason[lane] = R_SPREAD
+            continue
+        if track.live[lane] == 0:
+            _try_start(lane, gate, setup, track, now)
+            continue
+        unknown = (
+            track.p[0, 2, lane] > VELOCITY_UNKNOWN_MPS**2
+            or track.p[0, 14, lane] > VELOCITY_UNKNOWN_MPS**2
+            or track.time[lane] - track.last_update[lane] > STALE_S
+            or track.suspect[lane] == 1
+        )
+        if setup.robust and unknown and track.rival[lane] == 0 and _solve_anew(lane, gate, setup, track, now):
+            continue
+        if now.receptions[lane] >= 2 or now.has_altitude[lane] > 0.0:
+            now.go[lane] = 1.0
+        else:
+            now.reason[lane] = R_FEW

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from algorithms.multilateration.lanes import Setup
 from algorithms.toolbox.kernels import LANES, kernel
-from algorithms.toolbox.kernels.rows import update_row
 from algorithms.toolbox.kernels.symmetric import pack, unpack
+from algorithms.toolbox.kernels.unrolled import update_row_9
 from algorithms.toolbox.motion.jerk import predict_jerk
 from algorithms.toolbox.sensors.altitude import altitude_row
 from algorithms.toolbox.sensors.time_of_arrival import contrast_rows
@@ -62,10 +62,9 @@ def _recursion(time, truth, received, decoded, start, setup, out):
     nu = np.empty((n_stations + 1, LANES))
     var = np.empty((n_stations + 1, LANES))
     active = np.empty((n_stations + 1, LANES))
-    w = np.empty((9, LANES))
     t = np.zeros(LANES)
     nis = np.zeros(LANES)
-    log_likelihood = np.zeros(LANES)
+    determinant = np.ones(LANES)
     altitude = np.zeros(LANES)
     for k in range(time.shape[0]):
         if k > 0:
@@ -82,6 +81,6 @@ def _recursion(time, truth, received, decoded, start, setup, out):
         active[n_stations, :] = decoded[k] if setup.use_altitude else 0.0
         nu[:, :] = 0.0
         for r in range(n_stations + 1):
-            update_row(x, p, at, h[r], nu[r], var[r], active[r], 3, w, nis, log_likelihood)
+            update_row_9(x, p, at, h[r], nu[r], var[r], active[r], nis, determinant)
         for i in range(45):
             out[k, i] = p[i, 0]

@@ -108,7 +108,7 @@ class Track(NamedTuple):
     p: Floats
     """(2, 45, LANES) packed"""
     cost: Floats
-    """(2, LANES), minus twice the log-likelihood since the split"""
+    """(2, LANES), NIS + ln det(S / R) summed since the split: minus twice the log-likelihood but for a constant"""
     time: Floats
     gate: Floats
     last_update: Floats
@@ -139,6 +139,102 @@ class Report(NamedTuple):
     residual: Floats
 
 
+class Now(NamedTuple):
+    """The mark at hand: one value a lane, made once and filled anew for each mark."""
+
+    toa: Floats
+    """(S, LANES) m, c times the times of arrival"""
+    used: Floats
+    """(S, LANES), 1 where received"""
+    altitude: Floats
+    has_altitude: Floats
+    receptions: Ints
+    """How many stations heard the mark."""
+    possible: Ints
+    elapsed: Floats
+    """s since the state"""
+    at: Floats
+    """(3, LANES) m, where the mark is linearised"""
+    go: Floats
+    """1 where the mark updates the lane"""
+    iterate: Ints
+    """1 where it is linearised again at its own solution"""
+    status: Ints
+    reason: Ints
+    dof: Ints
+    nis: Floats
+    scale: Floats
+    determinant: Floats
+    """Product of S / R over the rows: what the likelihood needs besides NIS."""
+    took: Ints
+    """1 where the mark entered the estimate"""
+    shown: Floats
+    """1 where there is an estimate to show, else NaN"""
+    fix_position: Floats
+    fix_covariance: Floats
+    fix_cost: Floats
+    work: Floats
+    """(3, S): one lane's receptions for the one-mark solution"""
+
+
+class Rows(NamedTuple):
+    """The rows of the mark at hand: S contrasts and the altitude."""
+
+    h: Floats
+    nu: Floats
+    variance: Floats
+    active: Floats
+    start: Floats
+    """(3, LANES) m, the predicted position, to which `nu` refers"""
+    position: Floats
+    covariance: Floats
+    """A bare position and its packed covariance: the update in small, to learn NIS before the noise is settled."""
+    nis: Floats
+
+
+def new_now(stations: int) -> Now:
+    """Room for one mark."""
+    return Now(
+        toa=np.zeros((stations, LANES)),
+        used=np.zeros((stations, LANES)),
+        altitude=np.zeros(LANES),
+        has_altitude=np.zeros(LANES),
+        receptions=np.zeros(LANES, np.int64),
+        possible=np.zeros(LANES, np.int64),
+        elapsed=np.zeros(LANES),
+        at=np.zeros((3, LANES)),
+        go=np.zeros(LANES),
+        iterate=np.zeros(LANES, np.int64),
+        status=np.zeros(LANES, np.int64),
+        reason=np.zeros(LANES, np.int64),
+        dof=np.zeros(LANES, np.int64),
+        nis=np.zeros(LANES),
+        scale=np.ones(LANES),
+        determinant=np.ones(LANES),
+        took=np.zeros(LANES, np.int64),
+        shown=np.zeros(LANES),
+        fix_position=np.zeros((2, 3)),
+        fix_covariance=np.zeros((2, 6)),
+        fix_cost=np.zeros(2),
+        work=np.zeros((3, stations)),
+    )
+
+
+def new_rows(stations: int) -> Rows:
+    """Room for the rows of one mark."""
+    n = stations + 1
+    return Rows(
+        h=np.zeros((n, 3, LANES)),
+        nu=np.zeros((n, LANES)),
+        variance=np.ones((n, LANES)),
+        active=np.zeros((n, LANES)),
+        start=np.zeros((3, LANES)),
+        position=np.zeros((3, LANES)),
+        covariance=np.zeros((6, LANES)),
+        nis=np.zeros(LANES),
+    )
+
+
 def new_track() -> Track:
     """Lanes without a track."""
     p = np.zeros((2, 45, LANES))
@@ -161,12 +257,12 @@ def new_track() -> Track:
     )
 
 
-def new_report(marks: int, stations: int, lanes: int) -> Report:
-    """Room for the report of so many marks."""
+def new_report(marks: int, stations: int, lanes: int, *, covariance: bool = True) -> Report:
+    """Room for the report of so many marks; without room for covariances they are not written."""
     return Report(
         time=np.full((marks, lanes), np.nan),
         state=np.full((marks, 9, lanes), np.nan),
-        covariance=np.full((marks, 45, lanes), np.nan),
+        covariance=np.full((marks if covariance else 0, 45, lanes), np.nan),
         nis=np.full((marks, lanes), np.nan),
         dof=np.zeros((marks, lanes), np.int64),
         status=np.full((marks, lanes), NOT_INITIALISED, np.int64),

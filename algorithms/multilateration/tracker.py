@@ -69,11 +69,12 @@ def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunCo
             )
             track = started(parameters.start, recording, rows, np.arange(part.start, part.stop), context)
             report = lanes.new_report(rows.size, toa.shape[1], part.stop - part.start)
+            now, work = lanes.new_now(toa.shape[1]), lanes.new_rows(toa.shape[1])
             step = max(1, SLICE_RECEPTIONS // max(toa.shape[1], 1))
             for k in range(0, rows.size, step):
                 context.check_cancelled()
                 stop = min(k + step, rows.size)
-                filter_marks(marks, setup, track, report, k, stop)
+                filter_marks(marks, setup, track, now, work, report, k, stop)
                 done += (stop - k) * (part.stop - part.start)
                 context.progress(done / total)
             report.track[report.track > 0] += np.broadcast_to(offset[part], report.track.shape)[report.track > 0]

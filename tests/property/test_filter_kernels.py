@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,9 +16,9 @@ from algorithms.multilateration.tracker import run_filter
 from algorithms.recording import ToaMarks
 from algorithms.site import Site
 from algorithms.spec import LocalContext
-from algorithms.toolbox.kernels import LANES
-from algorithms.toolbox.kernels.rows import update_row
+from algorithms.toolbox.kernels import LANES, generate
 from algorithms.toolbox.kernels.symmetric import invert3, pack, solve3, unpack
+from algorithms.toolbox.kernels.unrolled import update_row_9
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE, predict_jerk
 from tests.oracles.dense_filter import DenseFilter, f_matrix, q_matrix
 
@@ -158,8 +160,7 @@ def test_rows_keep_an_ill_conditioned_covariance_sound(seed: int, spread: float)
     p = np.repeat(pack((p0 + p0.T) / 2)[:, None], LANES, axis=1)
     square = root.astype(np.longdouble)
     state = np.zeros(9, np.longdouble)
-    start, w = np.zeros((3, LANES)), np.empty((9, LANES))
-    nis, ll = np.zeros(LANES), np.zeros(LANES)
+    start, nis, determinant = np.zeros((3, LANES)), np.zeros(LANES), np.ones(LANES)
     scale = float(np.abs(p0).max())
     for _ in range(200):
         h3 = rng.standard_normal(3)
@@ -173,8 +174,8 @@ def test_rows_keep_an_ill_conditioned_covariance_sound(seed: int, spread: float)
         state = state + gain * e
         square = square - np.outer(gain, f) / (1 + np.sqrt(variance / s))
         lanes_of = lambda v: np.repeat(np.atleast_1d(v)[:, None], LANES, axis=1)  # noqa: E731
-        update_row(
-            x, p, start, lanes_of(h3), np.full(LANES, nu), np.full(LANES, variance), np.ones(LANES), 3, w, nis, ll
+        update_row_9(
+            x, p, start, lanes_of(h3), np.full(LANES, nu), np.full(LANES, variance), np.ones(LANES), nis, determinant
         )
     expected = (square @ square.T).astype(float)
     full = unpack(p[:, 2])
@@ -182,7 +183,7 @@ def test_rows_keep_an_ill_conditioned_covariance_sound(seed: int, spread: float)
     assert np.linalg.eigvalsh(full)[0] >= -1e-9 * scale
     # A lane that has no rows stays as it was.
     before = p.copy()
-    update_row(x, p, start, np.ones((3, LANES)), np.ones(LANES), np.ones(LANES), np.zeros(LANES), 3, w, nis, ll)
+    update_row_9(x, p, start, np.ones((3, LANES)), np.ones(LANES), np.ones(LANES), np.zeros(LANES), nis, determinant)
     assert (p == before).all()
 
 
@@ -209,3 +210,7 @@ def test_status_of_out_of_order_marks(marks: ToaMarks) -> None:
     assert (a["status"][50] == lanes.REJECTED_TIME).all()
     assert np.isnan(a["state"][50]).all()
     assert np.isfinite(a["state"][51]).any()
+
+
+def test_the_written_out_rows_are_what_the_generator_writes() -> None:
+    assert Path(generate.__file__).with_name("unrolled.py").read_text(encoding="utf-8") == generate.source()
