@@ -86,7 +86,8 @@ def _settings(**given: Any) -> Settings:
     from backend.settings import Settings
 
     try:
-        return Settings(**{name: value for name, value in given.items() if value not in (None, False)})
+        # Compared by identity: 0 equals False, and port 0 means any free one.
+        return Settings(**{name: v for name, v in given.items() if v is not None and v is not False})
     except ValidationError as error:
         first = error.errors()[0]
         name = "_".join(str(p) for p in first["loc"])
