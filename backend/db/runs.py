@@ -16,7 +16,7 @@ from sqlalchemy import ColumnElement, Connection, Row, delete, exists, func, ins
 
 from backend.db import events
 from backend.db.ids import new_id, now
-from backend.db.tables import run_algorithms, run_blocks, run_recordings, run_tags, runs
+from backend.db.tables import recordings, run_algorithms, run_blocks, run_recordings, run_tags, runs
 from backend.errors import NotFoundError, StateError
 
 RunState = Literal["queued", "running", "succeeded", "failed", "cancelled"]
@@ -103,7 +103,16 @@ def create_run(
     trials: int = 1,
     progress_total: int = 0,
 ) -> Run:
-    """Add a run in the state `queued`; call `Engine.notify()` after the transaction."""
+    """Add a run in the state `queued`; call `Engine.notify()` after the transaction.
+
+    Raises
+    ------
+    NotFoundError
+        A recording has been deleted meanwhile.
+    """
+    for recording_id in recording_ids:
+        if connection.scalar(select(recordings.c.id).where(recordings.c.id == recording_id)) is None:
+            raise NotFoundError(f"There is no recording {recording_id!r}.", code="recording_not_found")
     run_id = new_id()
     tags = tuple(dict.fromkeys(tags))
     connection.execute(

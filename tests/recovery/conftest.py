@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from algorithms.recording import ToaMarks
+from algorithms.site import Site
 from backend.db import recordings, runs
 from backend.db.engine import Database
 from backend.db.ids import new_id
@@ -23,6 +24,14 @@ from backend.settings import Settings
 
 PLUGIN = Path(__file__).parent / "plugin"
 WAIT_S = 60
+SITE = Site.model_validate(
+    {
+        "stations": [
+            {"name": name, "east_m": 5000.0 * east, "north_m": 5000.0 * north, "up_m": 10.0}
+            for name, east, north in (("1", 1, 1), ("2", 1, -1), ("3", -1, 0), ("4", 0, 0))
+        ]
+    }
+)
 
 
 def wait_for(condition: Callable[[], Any], what: str, seconds: float = WAIT_S) -> Any:
@@ -91,6 +100,7 @@ def add_recording(connection: Any, store: Store, marks: int = 5) -> str:
         toa_s=np.full((marks, 4, 1), 1e-5),
         altitude_m=np.full((marks, 1), 8000.0),
         stations=("1", "2", "3", "4"),
+        site=SITE,
     )
     created = recordings.create_recording(
         connection, name="marks", sha256="a" * 64, fingerprint=new_id().ljust(64, "0"), files=[], options={}
@@ -103,7 +113,7 @@ def add_recording(connection: Any, store: Store, marks: int = 5) -> str:
         0.0,
         marks - 1.0,
         None,
-        None,
+        SITE.to_json(),
         False,
         [],
         [],

@@ -1,4 +1,4 @@
-"""Kill -9 of the server: nothing is lost, nothing is computed twice, no process stays behind."""
+"""Kill -9 of the real server: nothing is lost, nothing is computed twice, no process stays behind."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import psutil
 import pytest
@@ -22,108 +25,122 @@ from backend.files.lock import DataFolderLock
 from tests.recovery.conftest import PLUGIN, House, settle, wait_for
 
 pytestmark = pytest.mark.recovery
-SCRIPT = Path(__file__).parent / "server_process.py"
+TOKEN = "recovery"
+ROOT = Path(__file__).parents[2]
+
+
+@dataclass
+class Server:
+    """A server process that answers."""
+
+    process: subprocess.Popen[str]
+    url: str
+    recording_id: str
+
+    def queue(self, *parameters: dict[str, Any], seed: int = 7) -> str:
+        entries = [{"name": "rehearsal", "label": f"entry {i}", "parameters": p} for i, p in enumerate(parameters)]
+        body = {"recording_id": self.recording_id, "algorithms": entries, "seed": seed}
+        request = urllib.request.Request(
+            f"{self.url}/api/v1/runs",
+            data=json.dumps(body).encode(),
+            headers={"Authorization": f"Bearer {TOKEN}", "Content-Type": "application/json"},
+        )
+        with urllib.request.urlopen(request, timeout=20) as answer:
+            return str(json.load(answer)["id"])
+
+    def family(self) -> list[psutil.Process]:
+        return psutil.Process(self.process.pid).children(recursive=True)
+
+    def kill(self) -> None:
+        children = self.family()
+        self.process.kill()
+        self.process.wait()
+        wait_for(lambda: gone(children), "no process stays behind", 10)
 
 
 @contextmanager
-def server(house: House, *entries: dict[str, Any]) -> Iterator[subprocess.Popen[str]]:
-    """A server process on the data folder; its first line of output is read by the caller."""
-    root = Path(__file__).parents[2]
+def server(house: House) -> Iterator[Server]:
+    """Serve a data folder until the end of the block at the latest."""
     process = subprocess.Popen(
-        [sys.executable, str(SCRIPT), str(house.settings.data_dir), json.dumps(entries)],
-        stdin=subprocess.PIPE,
+        [
+            *(sys.executable, "-m", "backend.cli", "serve", "--no-samples", "--port", "0", "--workers", "2"),
+            *("--data", str(house.settings.data_dir)),
+        ],
         stdout=subprocess.PIPE,
         text=True,
-        cwd=root,
-        env={**os.environ, "PYTHONPATH": f"{root}{os.pathsep}{PLUGIN}"},
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{PLUGIN}", "FILTERROOM_TOKEN": TOKEN},
     )
     with process:
         try:
-            yield process
+            assert process.stdout is not None
+            address = urlsplit(process.stdout.readline().strip())
+            yield Server(process, f"http://{address.netloc}", house.recording_id)
         finally:
             process.kill()
-
-
-def first_line(process: subprocess.Popen[str]) -> str:
-    assert process.stdout is not None
-    return process.stdout.readline().strip()
-
-
-def family(process: subprocess.Popen[str]) -> list[psutil.Process]:
-    return psutil.Process(process.pid).children(recursive=True)
 
 
 def gone(processes: list[psutil.Process]) -> bool:
     return all(not p.is_running() or p.status() == psutil.STATUS_ZOMBIE for p in processes)
 
 
-def test_a_killed_server_goes_on_with_the_rest(plugin: None, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_a_killed_server_goes_on_with_the_rest(tmp_path: Path) -> None:
     house = settle(tmp_path / "data")
     markers = [tmp_path / f"starts {i}" for i in range(3)]
     entries = [{"marker": str(m), "seconds": s} for m, s in zip(markers, (0.0, 0.0, 5.0), strict=True)]
-    with server(house, *entries) as process:
-        run_id = first_line(process)
 
-        def finished() -> dict[int, str]:
-            with house.database.read() as connection:
-                return outcomes.finished_blocks(connection, run_id)
+    def finished() -> dict[int, str]:
+        with house.database.read() as connection:
+            return outcomes.finished_blocks(connection, run_id)
 
+    with server(house) as first:
+        run_id = first.queue(*entries)
         wait_for(lambda: set(finished()) == {0, 1} and markers[2].exists(), "the third of three blocks", 120)
-        children = family(process)
-        assert len(children) >= 2
-        process.kill()
-        process.wait()
-        wait_for(lambda: gone(children), "no process stays behind", 10)
-    assert house.run(run_id).state == "running"
+        first.kill()
     kept = finished()
+    assert house.run(run_id).state == "running"
 
-    request.addfinalizer(house.engine.stop)
-    house.engine.start()
-    assert house.run(run_id).state in ("queued", "running")
-    run = house.wait(run_id, "succeeded", "failed")
-    assert run.state == "succeeded"
-    assert [len(m.read_text().splitlines()) for m in markers] == [1, 1, 2]
+    with server(house) as second:
+        undisturbed = second.queue({}, {}, {})
+        run = house.wait(run_id, "succeeded", "failed")
+        assert run.state == "succeeded"
+        assert [len(m.read_text().splitlines()) for m in markers] == [1, 1, 2]
+        assert house.wait(undisturbed, "succeeded").result_sha256 == run.result_sha256
     with house.database.read() as connection:
         log = [line.text for line in events.log_lines(connection, run_id)]
     assert "Goes on after a restart of the server: 2 of 3 algorithms are finished already." in log
-    assert not any(house.store.path(sha256).exists() for sha256 in kept.values())
-
-    undisturbed = house.wait(house.queue({}, {}, {}), "succeeded")
-    assert undisturbed.result_sha256 == run.result_sha256
+    wait_for(lambda: not any(house.store.path(sha256).exists() for sha256 in kept.values()), "blocks collected")
+    house.database.close()
 
 
-def test_killed_while_starting_leaves_no_process_and_no_lock(tmp_path: Path) -> None:
+def test_killed_while_its_workers_start(tmp_path: Path) -> None:
     house = settle(tmp_path / "data")
-    with server(house) as process:
-        assert first_line(process) == "started"
-        with pytest.raises(StateError, match=str(process.pid)):
+    with server(house) as first:
+        with pytest.raises(StateError, match=str(first.process.pid)):
             DataFolderLock(house.settings.data_dir).acquire()
-        wait_for(lambda: family(process), "the first worker is there", 30)
-        children = family(process)
-        process.kill()
-        process.wait()
-        wait_for(lambda: gone(children), "no process stays behind", 10)
+        queued = first.queue({"seconds": 30})
+        wait_for(first.family, "the first worker is there", 30)
+        first.kill()
     with DataFolderLock(house.settings.data_dir):
-        pass
+        assert house.run(queued).state in ("queued", "running")
     house.database.close()
 
 
 def test_an_interrupt_reaches_no_worker_and_a_graceful_stop_leaves_none(tmp_path: Path) -> None:
     """Ctrl-C in a terminal: the workers neither die nor print; the server ends them."""
     house = settle(tmp_path / "data")
-    with server(house, {"seconds": 60.0}) as process:
-        run_id = first_line(process)
-        house.wait(run_id, "running", "failed")
-        workers = [p for p in family(process) if "spawn_main" in " ".join(p.cmdline())]
-        assert len(workers) == 2
-        for worker in workers:
-            worker.send_signal(signal.SIGINT)
+    marker = tmp_path / "starts"
+    with server(house) as running:
+        run_id = running.queue({"seconds": 60.0, "marker": str(marker)})
+        wait_for(marker.exists, "the algorithm runs", 120)
+        worker = psutil.Process(int(marker.read_text()))
+        worker.send_signal(signal.SIGINT)
         time.sleep(0.5)
-        assert not any(gone([worker]) for worker in workers)
-        children = family(process)
-        assert process.stdin is not None
-        process.stdin.close()
-        assert process.wait(timeout=20) == 0
+        assert not gone([worker])
+        children = running.family()
+        running.process.terminate()
+        assert running.process.wait(timeout=20) == 0
         wait_for(lambda: gone(children), "no process stays behind", 5)
     assert house.run(run_id).state == "running"
+    assert len(marker.read_text().splitlines()) == 1
     house.database.close()

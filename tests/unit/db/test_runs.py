@@ -103,6 +103,13 @@ def test_filters(database: Database, recording: recordings.Recording) -> None:
         assert runs.recording_ids_of(connection, two.id) == [recording.id]
 
 
+def test_a_recording_that_is_gone_takes_no_run(database: Database) -> None:
+    with pytest.raises(NotFoundError, match="no recording"):
+        add(database, recording_ids=["gone"])
+    with database.read() as connection:
+        assert runs.list_runs(connection) == []
+
+
 def test_pages_have_no_gaps_where_instants_are_equal(database: Database, monkeypatch: pytest.MonkeyPatch) -> None:
     instant = dt.datetime(2026, 1, 1, tzinfo=dt.UTC)
     monkeypatch.setattr(runs, "now", lambda: instant)
