@@ -24,9 +24,7 @@ def render(kind: str, thing: Any, _context: Any) -> str | Literal[False]:
 def migrate(connection: Connection) -> None:
     """Run what the command asks for inside the connection's transaction."""
     # Batch mode: SQLite can alter a table only by copying it.
-    context.configure(
-        connection=connection, target_metadata=metadata, render_as_batch=True, render_item=render
-    )
+    context.configure(connection=connection, target_metadata=metadata, render_as_batch=True, render_item=render)
     with context.begin_transaction():
         context.run_migrations()
 

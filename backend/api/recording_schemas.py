@@ -122,7 +122,7 @@ class RecordingItem(_Model):
         return cls(
             id=recording.id,
             name=recording.name,
-            kind=recording.kind,  # type: ignore[arg-type]  # checked by pydantic
+            kind=recording.kind,
             format=recording.format,
             sha256=recording.sha256,
             state=recording.state,

@@ -68,8 +68,10 @@ class DeleteQuery(BaseModel):
     name="create_recording",
     status_code=201,
     response_model=RecordingOut,
-    responses={200: {"model": RecordingOut, "description": "The same bytes were read in the same way before"}}
-    | problems(413, 415, 507),
+    responses={
+        200: {"model": RecordingOut, "description": "The same bytes were read in the same way before"},
+        **problems(413, 415, 507),
+    },
     openapi_extra={
         "requestBody": {
             "required": True,

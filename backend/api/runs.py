@@ -123,7 +123,7 @@ def update_run(run_id: str, body: RunPatch, services: ServicesDep) -> RunOut:
     "/{run_id}/cancel",
     name="cancel_run",
     status_code=202,
-    responses={200: {"model": RunOut, "description": "It is cancelled already"}} | problems(404, 409),
+    responses={200: {"model": RunOut, "description": "It is cancelled already"}, **problems(404, 409)},
 )
 def cancel_run(run_id: str, response: Response, services: ServicesDep) -> RunOut:
     """Cancel a run that is queued or running."""
