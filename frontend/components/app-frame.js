@@ -68,11 +68,10 @@ class AppFrame extends HTMLElement {
   draw() {
     const help = document.createElement("keyboard-help");
     this.where = h("span", { class: "where clip" });
-    this.rail = h("header", { class: "rail", id: "rail" },
+    this.rail = h("nav", { class: "rail", id: "rail", "aria-label": t("nav.label") },
       h("a", { class: "brand", href: "#/runs" }, h("img", { src: "icon.svg", alt: "", width: 18, height: 18 }), "Filter Room"),
-      h("nav", { "aria-label": t("nav.label") },
-        PLACES.map(({ name, key }) => h("a", { href: `#/${name}`, data: { place: name } }, icon(name), t(key)))),
-      h("div", { class: "last" }, h("a", { href: "#/about", data: { place: "about" } }, icon("about"), t("nav.about"))));
+      PLACES.map(({ name, key }) => h("a", { href: `#/${name}`, data: { place: name } }, icon(name), t(key))),
+      h("a", { class: "last", href: "#/about", data: { place: "about" } }, icon("about"), t("nav.about")));
     this.lostLine = h("div", { class: "lost", role: "status", hidden: true }, t("connection.lost"));
     this.outlet = h("main", { id: "main", tabindex: -1 });
     const menu = h("button", { class: "menu-button", type: "button", "aria-label": t("nav.menu"), "aria-expanded": "false", "aria-controls": "rail" }, icon("menu"));
@@ -81,7 +80,7 @@ class AppFrame extends HTMLElement {
     put(this,
       h("a", { class: "skip", href: "#main", onclick: (/** @type {Event} */ event) => { event.preventDefault(); this.outlet?.focus(); } }, t("nav.skip")),
       this.rail,
-      h("div", { class: "bar" },
+      h("header", { class: "bar" },
         menu, this.where,
         document.createElement("engine-state"),
         chooser(t("bar.language"), LANGUAGES.map((name) => [name, name.toUpperCase()]), language(), (name) => this.chooseLanguage(/** @type {Language} */ (name))),

@@ -15,6 +15,7 @@ import { formatCount } from "../js/numbers.js";
  * @property {(row: R) => string | number | null} [sort] what to sort by; a column without it is not sorted
  * @property {boolean} [number]
  * @property {boolean} [head] the cell names its row
+ * @property {boolean} [quiet] its title is only read aloud
  * @property {boolean} [wide] takes the whole width on a phone
  */
 
@@ -88,7 +89,7 @@ export class DataTable extends HTMLElement {
     return h("th", { scope: "col", class: column.number ? "number" : null, "aria-sort": sort },
       column.sort && this.rows.length > 1
         ? h("button", { type: "button", onclick: () => this.orderBy(i) }, column.title, sort ? (now?.down ? " ↓" : " ↑") : "")
-        : column.title);
+        : column.quiet ? h("span", { class: "sr-only" }, column.title) : column.title);
   }
 
   /** @param {any} row */

@@ -173,6 +173,7 @@ export default {
   "decision.reception_dropped": "one reception dropped",
   "table.label": "Entry",
   "table.time": "Time, s",
+  "table.actions": "Actions",
   "table.previous": "Previous",
   "table.next": "Next",
   "table.page": "{from} to {to} of {of}",

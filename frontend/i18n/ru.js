@@ -174,6 +174,7 @@ export default {
   "decision.reception_dropped": "один приём исключён",
   "table.label": "Вариант",
   "table.time": "Время, с",
+  "table.actions": "Действия",
   "table.previous": "Назад",
   "table.next": "Вперёд",
   "table.page": "с {from} по {to} из {of}",

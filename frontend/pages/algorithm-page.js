@@ -28,7 +28,7 @@ class AlgorithmPage extends HTMLElement {
       setTitle(algorithm.title, t("algorithms.one"));
       this.draw(algorithm);
     } catch (error) {
-      if (!this.stop.signal.aborted) put(this, failed(error, { retry: () => this.connectedCallback() }));
+      if (!this.stop.signal.aborted) put(this, h("h1", { class: "sr-only" }, t("algorithms.one")), failed(error, { retry: () => this.connectedCallback() }));
     }
   }
 
@@ -38,7 +38,7 @@ class AlgorithmPage extends HTMLElement {
 
   /** @param {Algorithm} algorithm */
   draw(algorithm) {
-    const section = (/** @type {string} */ title, /** @type {Node} */ body) => h("section", { class: "card", "aria-label": title },
+    const section = (/** @type {string} */ title, /** @type {Node} */ body) => h("section", { class: "card" },
       h("div", { class: "card-head" }, h("h2", null, title)), h("div", { class: "card-body" }, body));
     put(this,
       h("div", { class: "page-head" }, h("h1", null, algorithm.title), h("code", { class: "muted" }, algorithm.name),

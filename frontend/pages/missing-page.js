@@ -9,7 +9,7 @@ import { emptyState } from "../components/states.js";
 class MissingPage extends HTMLElement {
   connectedCallback() {
     setTitle(t("missing.title"));
-    put(this, h("div", { class: "card" }, emptyState(t("missing.text"), h("a", { class: "button", href: "#/runs" }, t("nav.runs")))));
+    put(this, h("h1", { class: "sr-only" }, t("missing.title")), h("div", { class: "card" }, emptyState(t("missing.text"), h("a", { class: "button", href: "#/runs" }, t("nav.runs")))));
   }
 }
 

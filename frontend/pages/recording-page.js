@@ -55,7 +55,7 @@ class RecordingPage extends HTMLElement {
       }
       this.draw(recording);
     } catch (error) {
-      if (!this.stop?.signal.aborted) put(this, failed(error, { retry: () => this.load() }));
+      if (!this.stop?.signal.aborted) put(this, h("h1", { class: "sr-only" }, t("recordings.one")), failed(error, { retry: () => this.load() }));
     }
   }
 
@@ -79,7 +79,7 @@ class RecordingPage extends HTMLElement {
           h("div", { class: "card-body stack" }, readCounts(recording), warningsList(recording))),
         ready ? charts : null,
         h("div", { class: "columns" },
-          h("section", { class: "card", "aria-label": t("report.rejections") },
+          h("section", { class: "card" },
             h("div", { class: "card-head" }, h("h2", null, t("report.rejections"))),
             h("div", { class: "card-body" }, rejectionsTable(recording))),
           h("section", { class: "card", "aria-label": t("report.site") },

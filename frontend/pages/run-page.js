@@ -80,6 +80,7 @@ class RunPage extends HTMLElement {
     } catch (error) {
       // While the server is away the frame says so, and what was drawn stays.
       if (this.stop?.signal.aborted || (this.run && error instanceof Problem && error.status === 0)) return;
+      if (!this.run) put(/** @type {HTMLElement} */ (this.head), h("h1", { class: "sr-only" }, t("run.title")));
       put(/** @type {HTMLElement} */ (this.body), failed(error, { retry: () => this.load() }));
     }
   }

@@ -133,7 +133,7 @@ class RunsPage extends HTMLElement {
       { title: t("runs.column_metric"), number: true, cell: (run) => metricCell(run), sort: (run) => keyMetric(run.summary)?.best.value ?? null },
       { title: t("runs.column_duration"), number: true, cell: (run) => formatDuration(durationOf(run)), sort: durationOf },
       { title: t("runs.column_created"), cell: (run) => h("span", { class: "nowrap muted" }, formatInstant(run.created_at)), sort: (run) => run.created_at },
-      { title: "", cell: (run) => this.deleteButton(run) },
+      { title: t("table.actions"), quiet: true, cell: (run) => this.deleteButton(run) },
     ];
   }
 

@@ -1,0 +1,61 @@
+"""What a drawn chart holds, read from Plotly's own objects in the page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from playwright.sync_api import Locator, Page
+
+_READ = """(panel) => {
+  const gd = panel.querySelector('.plot');
+  const full = gd._fullLayout;
+  const length = (trace) => trace.x ? trace.x.length : 0;
+  return {
+    traces: gd._fullData.map((t) => ({
+      name: t.name, type: t.type, visible: t.visible !== false, points: length(t),
+      role: t.meta?.role, label: t.meta?.label, rows: t.customdata ? Array.from(t.customdata, Number) : [],
+      color: t.line?.color ?? t.marker?.color,
+    })),
+    x_title: full.xaxis.title.text, y_title: full.yaxis.title.text,
+    x_range: full.xaxis.range, y_range: full.yaxis.range, x_length: full.xaxis._length, y_length: full.yaxis._length,
+    x_scaleanchor: full.xaxis.scaleanchor, y_scaleanchor: full.yaxis.scaleanchor, y_type: full.yaxis.type,
+  };
+}"""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A chart as it stands on the page."""
+
+    values: dict[str, Any]
+
+    def __getitem__(self, name: str) -> Any:
+        return self.values[name]
+
+    def traces(self, *, role: str | None = None, label: str | None = None) -> list[dict[str, Any]]:
+        """The traces of a role and a label."""
+        return [
+            t
+            for t in self.values["traces"]
+            if (role is None or t["role"] == role) and (label is None or t["label"] == label)
+        ]
+
+    @property
+    def scales(self) -> tuple[float, float]:
+        """Pixels for one unit of x and of y; equal in a plan."""
+        x, y = self["x_range"], self["y_range"]
+        return self["x_length"] / (x[1] - x[0]), self["y_length"] / (y[1] - y[0])
+
+
+def panel_of(page: Page, heading: str) -> Locator:
+    """The panel with this heading."""
+    return page.locator("chart-panel").filter(has=page.get_by_role("heading", name=heading))
+
+
+def drawn(page: Page, heading: str) -> Drawn:
+    """Wait until a chart is drawn and read it."""
+    panel = panel_of(page, heading)
+    panel.scroll_into_view_if_needed()
+    page.locator("chart-panel[data-drawn]").filter(has=page.get_by_role("heading", name=heading)).wait_for()
+    return Drawn(panel.evaluate(_READ))

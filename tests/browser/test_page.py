@@ -1,0 +1,251 @@
+"""The page itself: first start, origin, token, keyboard, a forwarded port, phones, unknown addresses, accessibility."""
+
+from __future__ import annotations
+
+import re
+import selectors
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Page, expect
+
+from tests.browser.charts import drawn
+from tests.browser.conftest import Server, Visit, free_port
+
+pytestmark = pytest.mark.browser
+
+
+def sample_run(page: Page) -> str:
+    """The route of the run that a new server comes with."""
+    link = page.get_by_role("link", name=re.compile("^Sample"))
+    link.wait_for()
+    route = link.get_attribute("href")
+    assert route is not None
+    return route
+
+
+def test_the_sample_is_there_and_nothing_leaves_the_origin(visit: Callable[..., Visit]) -> None:
+    visited = visit()
+    page = visited.open("#/runs")
+    route = sample_run(page)
+    expect(page.get_by_role("row", name=re.compile("^succeeded.*Sample"))).to_be_visible()
+    visited.open(route)
+    for heading in ("Plan", "Horizontal error", "NIS", "Altitude", "Receptions"):
+        assert any(trace["points"] for trace in drawn(page, heading)["traces"]), heading
+    for other in ("#/new", "#/recordings", "#/algorithms", "#/algorithms/rdfv", "#/about"):
+        visited.open(other)
+        expect(page.locator("main h1")).to_have_count(1)
+    visited.assert_clean()
+
+
+def test_an_unknown_browser_is_asked_for_the_token(visit: Callable[..., Visit], server: Server) -> None:
+    visited = visit(known=False)
+    page = visited.open("#/recordings")
+    page.get_by_label("Token").fill("wrong")
+    page.get_by_role("button", name="Enter").click()
+    expect(page.get_by_role("alert")).to_contain_text("did not accept")
+    page.get_by_label("Token").fill(server.token)
+    page.get_by_role("button", name="Enter").click()
+    expect(page.get_by_role("link", name="sample_marks.csv")).to_be_visible()
+    assert "token" not in page.url
+    assert page.url.endswith("#/recordings"), "one stays where one wanted to go"
+
+
+def test_a_run_is_started_by_keyboard_alone(visit: Callable[..., Visit]) -> None:
+    page = visit().open("#/runs")
+    sample_run(page)
+    page.keyboard.press("?")
+    expect(page.get_by_role("dialog", name="Keyboard")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog", name="Keyboard")).to_be_hidden()
+    page.keyboard.press("Tab")
+    page.keyboard.press("n")
+    expect(page).to_have_url(re.compile("#/new"))
+    page.get_by_role("radio").first.wait_for()
+    tab_to(page, "input[type=radio]")
+    page.keyboard.press("Space")
+    tab_to(page, "[data-add=single_mark]")
+    page.keyboard.press("Enter")
+    tab_to(page, ".startbar button")
+    expect(page.locator(":focus")).to_be_enabled()
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile("#/runs/"))
+    expect(page.locator(".run-head .state")).to_have_text("succeeded")
+    plan = page.locator("chart-panel .plot").first
+    plan.wait_for()
+    drawn(page, "Plan")
+    plan.focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    expect(page.locator("chart-panel .strip").first).to_contain_text("km")
+
+
+def tab_to(page: Page, selector: str) -> None:
+    """Press Tab until the focus is on what is wanted; every stop on the way must show its focus."""
+    for _ in range(80):
+        if page.evaluate("(wanted) => document.activeElement.matches(wanted)", selector):
+            return
+        page.keyboard.press("Tab")
+        ring = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+        assert ring != "none", page.evaluate("document.activeElement.outerHTML.slice(0, 200)")
+    pytest.fail(f"Tab never reached {selector}")
+
+
+def test_the_address_holds_the_state_of_the_page(visit: Callable[..., Visit]) -> None:
+    visited = visit()
+    page = visited.open("#/runs")
+    route = sample_run(page)
+    visited.open(f"{route}?tab=parameters&hide=rdf")
+    expect(page.get_by_role("tab", name="Parameters")).to_have_attribute("aria-selected", "true")
+    expect(page.locator("legend-chips [aria-pressed=false]")).to_have_text("rdf")
+    page.get_by_role("link", name="Run again").click()
+    expect(page.locator("[data-algorithm]")).to_have_count(3)
+    page.reload()
+    expect(page.locator("[data-algorithm]")).to_have_count(3)
+    visited.open("#/runs/nothing")
+    expect(page.locator(".failure")).to_contain_text("not_found")
+    visited.open("#/nowhere")
+    expect(page.get_by_text("names no page")).to_be_visible()
+
+
+@pytest.mark.parametrize("width", [360, 390, 2560])
+def test_nothing_is_cut_off(visit: Callable[..., Visit], width: int) -> None:
+    visited = visit(viewport={"width": width, "height": 844})
+    page = visited.open("#/runs")
+    run = sample_run(page)
+    for route in ("#/runs", run, "#/new", "#/recordings", "#/algorithms", "#/algorithms/rdfv", "#/about"):
+        visited.open(route)
+        visited.settle()
+        overflow = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
+        assert overflow <= 0, (route, overflow)
+
+
+def test_a_run_fits_the_first_screen(visit: Callable[..., Visit]) -> None:
+    visited = visit()
+    page = visited.open("#/runs")
+    visited.open(sample_run(page))
+    for heading in ("Plan", "Horizontal error", "NIS"):
+        drawn(page, heading)
+    bottoms = page.evaluate(
+        "[...document.querySelectorAll('.verdict, chart-panel.first, chart-panel.time')]"
+        ".map((e) => e.getBoundingClientRect().bottom)"
+    )
+    assert len(bottoms) == 4
+    assert max(bottoms) <= 768
+
+
+# The two themes differ only in their colours; what a chart draws is an image to a screen reader.
+_WITHOUT_PLOTS = {"include": [["html"]], "exclude": [[".plot > *"]]}
+_RULES: dict[str, dict[str, Any]] = {"light": {}, "dark": {"runOnly": ["color-contrast"]}}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(visit: Callable[..., Visit], scheme: str) -> None:
+    visited = visit(color_scheme=scheme)
+    page = visited.open("#/runs")
+    run = sample_run(page)
+    recording = visited.page.evaluate("fetch('api/v1/recordings').then((r) => r.json()).then((r) => r.items.at(-1).id)")
+    routes = (
+        "#/runs",
+        run,
+        f"{run}?tab=decisions",
+        f'#/new?recording={recording}&a={{"name":"rdfv"}}',
+        "#/new?source=upload",
+        "#/recordings",
+        f"#/recordings/{recording}",
+        "#/algorithms",
+        "#/algorithms/rdfv",
+        "#/about",
+        "#/runs/nothing",
+    )
+    found = []
+    for route in routes:
+        visited.open(route)
+        visited.settle()
+        results = Axe().run(page, context=_WITHOUT_PLOTS, options=_RULES[scheme])
+        found += [f"{route}: {v['id']} {[n['target'] for n in v['nodes']][:3]}" for v in results.response["violations"]]
+    assert not found, "\n".join(found)
+
+
+def test_the_theme_recolours_the_charts(visit: Callable[..., Visit]) -> None:
+    visited = visit(color_scheme="light")
+    page = visited.open("#/runs")
+    visited.open(sample_run(page))
+    light = drawn(page, "Plan").traces(role="truth")[0]["color"]
+    page.get_by_label("Theme").select_option("dark")
+    page.wait_for_function(
+        "(light) => document.querySelector('chart-panel .plot')._fullData"
+        ".find((t) => t.meta.role === 'truth').line.color !== light",
+        arg=light,
+    )
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(14, 17, 19)"
+
+
+def test_russian(visit: Callable[..., Visit]) -> None:
+    page = visit(locale="ru-RU").open("#/runs")
+    expect(page.get_by_role("link", name="Новый расчёт").first).to_be_visible()
+    assert page.evaluate("document.documentElement.lang") == "ru"
+    page.get_by_label("Язык").select_option("en")
+    expect(page.get_by_role("link", name="New run").first).to_be_visible()
+
+
+@contextmanager
+def forwarded(target_port: int) -> Iterator[int]:
+    """Forward another local port to the server, as `ssh -L` does."""
+    listener = socket.create_server(("127.0.0.1", free_port()))
+    listener.settimeout(0.2)
+    stopped = threading.Event()
+
+    def pump(near: socket.socket) -> None:
+        with near, socket.create_connection(("127.0.0.1", target_port)) as far, selectors.DefaultSelector() as ready:
+            ready.register(near, selectors.EVENT_READ, far)
+            ready.register(far, selectors.EVENT_READ, near)
+            while not stopped.is_set():
+                for key, _ in ready.select(0.2):
+                    assert isinstance(key.fileobj, socket.socket)
+                    try:
+                        data = key.fileobj.recv(65536)
+                        if not data:
+                            return
+                        key.data.sendall(data)
+                    except OSError:
+                        return
+
+    def accept() -> None:
+        while not stopped.is_set():
+            try:
+                near, _ = listener.accept()
+            except TimeoutError:
+                continue
+            near.setblocking(True)
+            threads.append(threading.Thread(target=pump, args=(near,)))
+            threads[-1].start()
+
+    threads = [threading.Thread(target=accept)]
+    threads[0].start()
+    try:
+        yield int(listener.getsockname()[1])
+    finally:
+        stopped.set()
+        for thread in threads:
+            thread.join()
+        listener.close()
+
+
+def test_a_forwarded_port_changes_nothing(visit: Callable[..., Visit], server: Server) -> None:
+    with forwarded(server.port) as port:
+        visited = visit(url=f"http://localhost:{port}")
+        page = visited.open("#/runs")
+        visited.open(sample_run(page))
+        assert drawn(page, "Plan").traces(role="series")
+        page.get_by_role("link", name="Run again").click()
+        expect(page.locator("[data-algorithm]")).to_have_count(3)
+        page.get_by_role("button", name="Start", exact=True).click()
+        expect(page.locator(".run-head .state")).to_have_text("succeeded")
+        visited.assert_clean()
+        page.context.close()
