@@ -65,6 +65,14 @@ class Visit:
         self.page.goto(f"{self.url}/{query}{route}")
         return self.page
 
+    def follow(self, route: str) -> Page:
+        """Go to a route inside the open page, as a link does, and wait until it stands."""
+        self.page.evaluate(
+            "(route) => { document.querySelector('main').replaceChildren(); location.hash = route }", route
+        )
+        self.settle()
+        return self.page
+
     def settle(self) -> None:
         """Wait until the page of the route stands; charts below the fold are drawn only when they come into view."""
         self.page.wait_for_function(

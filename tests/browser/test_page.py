@@ -38,7 +38,7 @@ def test_the_sample_is_there_and_nothing_leaves_the_origin(visit: Callable[..., 
     for heading in ("Plan", "Horizontal error", "NIS", "Altitude", "Receptions"):
         assert any(trace["points"] for trace in drawn(page, heading)["traces"]), heading
     for other in ("#/new", "#/recordings", "#/algorithms", "#/algorithms/rdfv", "#/about"):
-        visited.open(other)
+        visited.follow(other)
         expect(page.locator("main h1")).to_have_count(1)
     visited.assert_clean()
 
@@ -118,9 +118,8 @@ def test_nothing_is_cut_off(visit: Callable[..., Visit], width: int) -> None:
     visited = visit(viewport={"width": width, "height": 844})
     page = visited.open("#/runs")
     run = sample_run(page)
-    for route in ("#/runs", run, "#/new", "#/recordings", "#/algorithms", "#/algorithms/rdfv", "#/about"):
-        visited.open(route)
-        visited.settle()
+    for route in (run, "#/new", "#/recordings", "#/algorithms", "#/algorithms/rdfv", "#/about"):
+        visited.follow(route)
         overflow = page.evaluate("document.documentElement.scrollWidth - window.innerWidth")
         assert overflow <= 0, (route, overflow)
 
@@ -151,22 +150,20 @@ def test_axe_finds_nothing(visit: Callable[..., Visit], scheme: str) -> None:
     run = sample_run(page)
     recording = visited.page.evaluate("fetch('api/v1/recordings').then((r) => r.json()).then((r) => r.items.at(-1).id)")
     routes = (
+        "#/algorithms",
         "#/runs",
-        run,
         f"{run}?tab=decisions",
         f'#/new?recording={recording}&a={{"name":"rdfv"}}',
         "#/new?source=upload",
         "#/recordings",
         f"#/recordings/{recording}",
-        "#/algorithms",
         "#/algorithms/rdfv",
         "#/about",
         "#/runs/nothing",
     )
     found = []
     for route in routes:
-        visited.open(route)
-        visited.settle()
+        visited.follow(route)
         results = Axe().run(page, context=_WITHOUT_PLOTS, options=_RULES[scheme])
         found += [f"{route}: {v['id']} {[n['target'] for n in v['nodes']][:3]}" for v in results.response["violations"]]
     assert not found, "\n".join(found)
