@@ -9,7 +9,6 @@ from typing import Any
 
 from fastapi import APIRouter, FastAPI
 from starlette.concurrency import run_in_threadpool
-from starlette.exceptions import HTTPException
 from starlette.middleware.gzip import GZipMiddleware
 
 from backend.api import (
@@ -138,8 +137,6 @@ def _bare(**options: Any) -> FastAPI:
     app.include_router(documentation.router)
     app.include_router(problem_pages.router)
     app.include_router(page_files.router)
-    app.add_api_route("/api", _nothing_here, methods=_METHODS, include_in_schema=False)
-    app.add_api_route("/api/{rest:path}", _nothing_here, methods=_METHODS, include_in_schema=False)
     _describe(app)
     return app
 
@@ -159,14 +156,6 @@ def _protect(app: FastAPI, settings: Settings) -> None:
 
 def _bracketed(host: str) -> str:
     return f"[{host}]" if ":" in host else host
-
-
-_METHODS = ["GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"]
-
-
-async def _nothing_here() -> None:
-    """Answer 404 under /api, so that a browser never gets the page where a script would get an error."""
-    raise HTTPException(404)
 
 
 def _describe(app: FastAPI) -> None:

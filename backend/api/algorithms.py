@@ -64,7 +64,7 @@ class AlgorithmOut(_Model):
             summary=algorithm.summary,
             family=algorithm.family,
             takes=list(algorithm.takes),
-            parameters_schema=algorithm.parameters.model_json_schema(),
+            parameters_schema=algorithm.parameters.schema_for_forms(),
             outputs=[
                 OutputOut(
                     name=o.name,

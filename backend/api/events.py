@@ -56,7 +56,7 @@ async def stream_run_events(run_id: str, services: ServicesDep, last_event_id: L
     """Stream everything that happened and happens to one run; the stream ends with the run."""
     start = _number(last_event_id) or 0
     run = await run_in_threadpool(_run, services, run_id)
-    if run.is_final and not await run_in_threadpool(_after, services, start, run_id):
+    if run.is_final and not (await run_in_threadpool(_look, services, start, run_id))[0]:
         # An EventSource connects again after the end of a stream; 204 tells it to stop.
         return Response(status_code=204)
     return _stream(services, start, run_id)
@@ -75,21 +75,19 @@ async def _events(services: Services, last: int, run_id: str | None) -> AsyncIte
     with services.changes.woken() as flag:
         while not services.changes.closed:
             flag.clear()
-            found = await run_in_threadpool(_after, services, last, run_id)
+            found, ended = await run_in_threadpool(_look, services, last, run_id)
             for event in found:
                 last = event.id
-                data = {"at": event.at.isoformat(), "run_id": event.run_id, **event.data}
+                data = {"at": event.at.isoformat().replace("+00:00", "Z"), "run_id": event.run_id, **event.data}
                 yield format_sse_event(data_str=json.dumps(data), event=event.kind, id=str(event.id))
-                if run_id is not None and event.kind == "run.changed" and event.data["state"] in runs.FINAL:
-                    return
+            if ended and not found:
+                return
             if found:
                 await asyncio.sleep(_PAUSE_S)
                 continue
             try:
                 await asyncio.wait_for(flag.wait(), _PING_S)
             except TimeoutError:
-                if run_id is not None and await run_in_threadpool(_is_gone, services, run_id):
-                    return
                 yield KEEPALIVE_COMMENT
 
 
@@ -105,19 +103,18 @@ def _newest(services: Services) -> int:
         return stored.last_event_id(connection)
 
 
-def _after(services: Services, last: int, run_id: str | None) -> list[stored.Event]:
+def _look(services: Services, last: int, run_id: str | None) -> tuple[list[stored.Event], bool]:
+    """Return the events after `last`, and whether no more can come: the run is final, or deleted."""
     with services.database.read() as connection:
-        return stored.events_after(connection, last, run_id=run_id)
+        found = stored.events_after(connection, last, run_id=run_id)
+        if run_id is None:
+            return found, False
+        try:
+            return found, runs.get_run(connection, run_id).is_final
+        except NotFoundError:
+            return found, True
 
 
 def _run(services: Services, run_id: str) -> runs.Run:
     with services.database.read() as connection:
         return runs.get_run(connection, run_id)
-
-
-def _is_gone(services: Services, run_id: str) -> bool:
-    try:
-        _run(services, run_id)
-    except NotFoundError:
-        return True
-    return False

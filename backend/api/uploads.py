@@ -121,15 +121,12 @@ def _options(services: Services, parts: Sequence[Part]) -> ReadOptions:
 def _store_and_read(services: Services, parts: Sequence[Part], options: ReadOptions) -> Uploaded:
     roles: dict[str, Literal["data", "site", "truth"]] = {"file": "data", "site": "site", "truth": "truth"}
     with services.store.guard():
+        # In this order whatever the order of the form's parts.
         files = [
-            StoredFile(
-                role=roles[p.name],
-                name=p.file_name or p.name,
-                size=p.size,
-                sha256=services.store.put_file(p.path),
-            )
+            StoredFile(role=role, name=p.file_name or p.name, size=p.size, sha256=services.store.put_file(p.path))
+            for name, role in roles.items()
             for p in parts
-            if p.name in roles
+            if p.name == name
         ]
         found = _find_or_create(services, files, options, default_name="")
     return _read(services, found)
@@ -164,7 +161,7 @@ def _find_or_create(
             recordings.delete_recording(connection, existing.id)
         created = recordings.create_recording(
             connection,
-            name=options.name or default_name or data[0].name,
+            name=options.name or default_name or _default_name(data),
             sha256=data[0].sha256 if len(data) == 1 else together,
             fingerprint=fingerprint,
             files=files,
@@ -173,20 +170,26 @@ def _find_or_create(
     return Uploaded(created, is_new=True)
 
 
+def _default_name(data: Sequence[StoredFile]) -> str:
+    return data[0].name if len(data) == 1 else f"{data[0].name} and {len(data) - 1} more"
+
+
 def _read(services: Services, found: Uploaded) -> Uploaded:
-    """Have a new recording read, and wait for a small one."""
+    """Have a recording read that is not yet, and wait for a small one."""
     recording = found.recording
-    if found.is_new:
-        reading = services.engine.read_recording(recording.id)
-        if recording.size_bytes <= WAIT_BYTES:
-            try:
-                reading.result(timeout=WAIT_S)
-            except StillReading:
-                return found
-    with services.database.read() as connection:
-        recording = recordings.get_recording(connection, recording.id)
-    if found.is_new and recording.state == "failed":
-        delete(services, recording.id, with_runs=False)
+    if recording.state != "parsing":
+        return found
+    # The same upload twice at the same time is read once; both wait for it.
+    reading = services.engine.read_recording(recording.id)
+    if recording.size_bytes > WAIT_BYTES:
+        return found
+    try:
+        recording = reading.result(timeout=WAIT_S)
+    except StillReading:
+        return found
+    if recording.state == "failed":
+        if found.is_new:
+            delete(services, recording.id, with_runs=False)
         raise _unreadable(recording.error or {})
     return Uploaded(recording, found.is_new)
 

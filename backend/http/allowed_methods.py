@@ -11,7 +11,8 @@ _METHODS = ("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE")
 def allowed_methods(request: Request) -> list[str]:
     """Return the methods for which some route serves the request's path."""
     routes = request.app.router.routes
-    return [m for m in _METHODS if any(_serves(route, request, m) for route in routes)]
+    # The files of the page come after all routes and are no route themselves.
+    return [m for m in _METHODS if any(_serves(route, request, m) for route in routes)] or ["GET", "HEAD"]
 
 
 def _serves(route: object, request: Request, method: str) -> bool:

@@ -1,6 +1,6 @@
-"""Every code that an error of the server itself can carry, with what it means; served at /problems/CODE.
+"""Every code that an error can carry, with what it means in general; served at /problems/CODE.
 
-Codes of readers and algorithms that are not listed here carry all they have to say in their detail.
+A test looks through the sources for codes that are missing here. Plugins may bring codes of their own.
 """
 
 from __future__ import annotations
@@ -94,4 +94,59 @@ PROBLEMS: dict[str, Kind] = {
     "algorithm": Kind("The method could not go on", "The detail names the instant and the track."),
     "singular_geometry": Kind("Nothing can be solved from these stations", "They stand on a line, or on one point."),
     "not_positive_definite": Kind("A covariance lost its meaning", "Usually the noise parameters are unrealistic."),
+    "site_mismatch": Kind("Site and recording do not fit", "Their stations differ in names or order."),
+    "start_covariance": Kind("The start cannot be used", "Its covariance is not symmetric and positive definite."),
+    "unknown_algorithm": Kind("A worker does not know the algorithm", "Its version differs from the server's."),
+    "out_of_memory": Kind("A worker ran out of memory", "Use a shorter recording, or fewer workers."),
+    "worker_died": Kind("A worker died", "Most often for want of memory."),
+    # Reading files.
+    "no_file": Kind("There is no file", "An upload needs at least one field `file`."),
+    "empty_file": Kind("The file is empty", "There is nothing to read in it."),
+    "no_header": Kind("There is no line of names", "The first line of a CSV file names its columns."),
+    "no_columns": Kind("No column is known", "Rename the columns, or give a `mapping`."),
+    "no_rows": Kind("There are no rows", "The file has names of columns and nothing below."),
+    "no_usable_rows": Kind("No row can be used", "The detail says what was wrong with them."),
+    "missing_column": Kind("A column is missing", "The detail names it; a `mapping` can point to it."),
+    "duplicate_column": Kind("A column is there twice", "Remove or rename one of them."),
+    "unknown_native_column": Kind("The mapping names an unknown column", "Its keys are the native names."),
+    "unit": Kind("The unit does not fit", "The detail lists the units that do."),
+    "check_units": Kind("The numbers contradict the site", "Units are wrong, or the site is another one."),
+    "encoding": Kind("The text cannot be decoded", "Save the file as UTF-8."),
+    "damaged_archive": Kind("The compressed file is damaged", "Compress it again."),
+    "expands_too_much": Kind("The compressed file grows too large", "Upload it in parts."),
+    "too_many_rows": Kind("Too many rows", "The limit is the setting FILTERROOM_MAX_ROWS."),
+    "format_unknown": Kind("There is no reader of this name", "The detail lists the readers."),
+    "kind_unknown": Kind("The kind of measurements is not clear", "Give the option `kind`, or a `mapping`."),
+    "kind_ambiguous": Kind("The columns fit several kinds", "Give the option `kind`."),
+    "kind_unfit": Kind("The format does not hold this kind", "Leave the option `kind` out."),
+    "mixed_kinds": Kind("The files hold different kinds", "Upload each kind by itself."),
+    "mixed_channels": Kind("The files have different channels", "Upload each by itself."),
+    "mixed_time_bases": Kind("The times do not count from the same instant", "Give all of them the same times."),
+    "doppler_channels": Kind("The channels are not a complete set", "The detail lists the complete ones."),
+    "where_matches_nothing": Kind("No row fits the filter", "Compare the values of `where` with the file."),
+    "origin_missing": Kind("The origin is missing", "WGS-84 positions need an origin of the local frame."),
+    "origin_twice": Kind("Two origins are given", "Give it in the options or in the site."),
+    "truth_missing": Kind("The truth file has no truth", "It needs time and position columns."),
+    "truth_twice": Kind("The truth is given twice", "Keep the local one or the WGS-84 one."),
+    "site_json": Kind("The site is not JSON", "It begins like JSON and cannot be parsed."),
+    "site_invalid": Kind("The site cannot be used", "The detail names the field."),
+    "site_kind": Kind("The site is for another kind of recording", "The detail says what is needed."),
+    "site_large": Kind("The site is too large", "Keep only the stations in use."),
+    "station_unknown": Kind("Stations are not in the site", "Names in recording and site must be the same."),
+    "radar_unknown": Kind("Radars are not in the site", "Names in recording and site must be the same."),
+    "too_few_stations": Kind("There are too few stations", "The detail says how many are needed."),
+    "unreadable": Kind("The file could not be read", "The detail says why."),
+    "reader_died": Kind("Reading ended without an answer", "The file may be damaged, or too large for the memory."),
+    "reader_timeout": Kind("Reading took too long", "The limit is the setting FILTERROOM_READER_TIMEOUT_S."),
+    "reader_memory": Kind("Reading needs too much memory", "The limit is FILTERROOM_READER_MEMORY_BYTES."),
+    # Starting the program.
+    "data_folder_in_use": Kind("Another server uses the data folder", "Stop it, or use another folder."),
+    "database_newer": Kind("A newer version has written the database", "Install that version."),
+    "database_url": Kind("The database's address cannot be used", "The detail says why."),
+    "migration": Kind("The migration was undone", "Nothing was changed."),
+    "port": Kind("The address cannot be listened on", "The detail says why."),
+    "scheduler_address": Kind("The scheduler's address cannot be used", "Only tls:// addresses are."),
+    "token_empty": Kind("The file of the token is empty", "Remove it or write a secret into it."),
+    "os_error": Kind("The operating system refused", "The detail says what."),
+    "usage": Kind("The command line cannot be understood", "`filterroom --help` lists what can be said."),
 }
