@@ -12,6 +12,7 @@ import "./keyboard-help.js";
 import "./toast-area.js";
 import "./drop-zone.js";
 import "./token-form.js";
+import { failed } from "./states.js";
 
 /** @import { Key, Language } from "../js/i18n.js" */
 /** @import { Route } from "../js/router.js" */
@@ -37,6 +38,12 @@ const PAGES = /** @type {Record<string, [string, string | null]>} */ ({
 /** @typedef {HTMLElement & {route: Route, queryChanged?: (query: URLSearchParams) => void}} PageElement */
 
 const FIND_AGAIN_MS = 2000;
+// Once the first page stands, the others are fetched too: going to them then needs no server.
+const LOAD_PAGES_AFTER_MS = 1000;
+
+function loadPages() {
+  for (const tag of Object.values(PAGES).flat()) if (tag) import(`../pages/${tag}.js`).catch(() => undefined);
+}
 
 class AppFrame extends HTMLElement {
   /** The route whose page is drawn. */
@@ -104,7 +111,15 @@ class AppFrame extends HTMLElement {
     this.shown = key;
     const [place = "runs", id] = route.path;
     const tag = (id === undefined ? PAGES[place]?.[0] : PAGES[place]?.[1]) ?? "missing-page";
-    await import(`../pages/${tag}.js`);
+    try {
+      await import(`../pages/${tag}.js`);
+    } catch (error) {
+      if (this.shown !== key || !this.outlet) return;
+      this.page = undefined;
+      put(this.outlet, failed(error, { retry: () => location.reload() }));
+      get("meta").catch(() => undefined); // tells the frame when it is the server that is away
+      return;
+    }
     if (this.shown !== key || !this.outlet) return;
     const page = /** @type {PageElement} */ (document.createElement(tag));
     page.route = route;
@@ -119,6 +134,7 @@ class AppFrame extends HTMLElement {
     put(this.outlet, page);
     window.scrollTo(0, 0);
     if (!first) this.outlet.focus({ preventScroll: true });
+    else setTimeout(loadPages, LOAD_PAGES_AFTER_MS);
   }
 
   /** @param {Language} name */

@@ -20,7 +20,7 @@ import { chartTable } from "./chart-table.js";
 const CONFIG = { displaylogo: false, showSendToCloud: false, plotlyServerURL: "", displayModeBar: false, doubleClick: "reset+autosize" };
 const NARROW_PX = 480;
 // Points of a curve; marks are drawn one by one up to ten times as many for each entry. SVG draws these at once.
-const POINTS = 800;
+const POINTS = 1500;
 // More points than this would stop the browser for seconds; they are in the CSV.
 const MOST_POINTS = 60000;
 

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.browser
 
 def sample_run(page: Page) -> str:
     """The route of the run that a new server comes with."""
-    link = page.get_by_role("link", name=re.compile("^Sample"))
+    link = page.get_by_role("link", name=re.compile("^Sample")).last
     link.wait_for()
     route = link.get_attribute("href")
     assert route is not None
@@ -192,9 +192,9 @@ def test_russian(visit: Callable[..., Visit]) -> None:
 
 
 @contextmanager
-def forwarded(target_port: int) -> Iterator[int]:
+def forwarded(target_port: int, port: int) -> Iterator[int]:
     """Forward another local port to the server, as `ssh -L` does."""
-    listener = socket.create_server(("127.0.0.1", free_port()))
+    listener = socket.create_server(("127.0.0.1", port))
     listener.settimeout(0.2)
     stopped = threading.Event()
 
@@ -226,7 +226,7 @@ def forwarded(target_port: int) -> Iterator[int]:
     threads = [threading.Thread(target=accept)]
     threads[0].start()
     try:
-        yield int(listener.getsockname()[1])
+        yield port
     finally:
         stopped.set()
         for thread in threads:
@@ -235,7 +235,7 @@ def forwarded(target_port: int) -> Iterator[int]:
 
 
 def test_a_forwarded_port_changes_nothing(visit: Callable[..., Visit], server: Server) -> None:
-    with forwarded(server.port) as port:
+    with forwarded(server.port, free_port()) as port:
         visited = visit(url=f"http://localhost:{port}")
         page = visited.open("#/runs")
         visited.open(sample_run(page))
@@ -245,4 +245,23 @@ def test_a_forwarded_port_changes_nothing(visit: Callable[..., Visit], server: S
         page.get_by_role("button", name="Start", exact=True).click()
         expect(page.locator(".run-head .state")).to_have_text("succeeded")
         visited.assert_clean()
+        page.context.close()
+
+
+def test_a_lost_server_is_said_and_found_again(visit: Callable[..., Visit], server: Server) -> None:
+    """The forwarded port goes away and comes back, as a server that is restarted does."""
+    port = free_port()
+    visited = visit(url=f"http://127.0.0.1:{port}", known=False)
+    page = visited.page
+    with forwarded(server.port, port):
+        visited.open("#/runs", server.token)
+        sample_run(page)
+        # The other pages are fetched in the background, so that one can still go to them.
+        page.wait_for_function("() => customElements.get('recordings-page')")
+    page.evaluate("location.hash = '#/recordings'")
+    expect(page.locator(".lost")).to_be_visible()
+    expect(page.locator(".failure")).to_contain_text("does not answer")
+    with forwarded(server.port, port):
+        expect(page.locator(".lost")).to_be_hidden(timeout=15_000)
+        expect(page.get_by_role("link", name="sample_marks.csv")).to_be_visible()
         page.context.close()
