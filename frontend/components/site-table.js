@@ -30,7 +30,7 @@ export function siteTable(site) {
 function placeTable(caption, places) {
   const columns = [...new Set(places.flatMap((place) => Object.keys(place)))]
     .filter((name) => name !== "name" && places.some((place) => place[name] !== null && place[name] !== undefined && place[name] !== ""));
-  return h("div", { class: "table-wrap", tabindex: 0, role: "region", "aria-label": caption },
+  return h("div", { class: "table-wrap tall", tabindex: 0, role: "region", "aria-label": caption },
     h("table", null,
       h("caption", null, `${caption}: ${places.length}`),
       h("thead", null, h("tr", null, h("th", { scope: "col" }, t("site.name")), columns.map((name) => h("th", { scope: "col", class: "number" }, h("code", null, name))))),
