@@ -21,6 +21,7 @@ from algorithms.multilateration.lanes import (
     AMBIGUOUS,
     COAST,
     DOWNWEIGHTED,
+    EIGENVALUE_FLOOR,
     GAP_S,
     INCONSISTENT_RATIO,
     INITIALISED,
@@ -29,6 +30,7 @@ from algorithms.multilateration.lanes import (
     R_FEW,
     R_NONE,
     R_OLD,
+    R_REPAIRED,
     R_SCALED,
     R_SINGULAR,
     R_TWO,
@@ -261,6 +263,23 @@ def _settle_rival(lane, track):
 
 
 @kernel
+def _repair(lane, track):
+    """Lift the eigenvalues of a lane's covariance to the floor, so that it is a covariance again."""
+    full = np.empty((9, 9))
+    for i in range(9):
+        for j in range(i + 1):
+            full[i, j] = track.p[0, i * (i + 1) // 2 + j, lane]
+            full[j, i] = full[i, j]
+    values, vectors = np.linalg.eigh(full)
+    for i in range(9):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(9):
+                total += vectors[i, k] * max(values[k], EIGENVALUE_FLOOR) * vectors[j, k]
+            track.p[0, i * (i + 1) // 2 + j, lane] = total
+
+
+@kernel
 def _conclude(lanes, setup, track, now):
     """Status of each updated lane; the consistency of its last twenty marks; end a track that lost its way."""
     for lane in range(lanes):
@@ -268,13 +287,20 @@ def _conclude(lanes, setup, track, now):
             known = 1 if now.has_altitude[lane] > 0.0 else 0
             now.dof[lane] = max(now.receptions[lane] - 1, 0) + known
             track.last_update[lane] = track.time[lane]
-            sound = True
+            finite = True
+            positive = True
             for i in range(9):
-                sound = sound and track.p[0, i * (i + 1) // 2 + i, lane] > 0.0 and np.isfinite(track.x[0, i, lane])
-            if not sound:
+                finite = finite and np.isfinite(track.x[0, i, lane])
+                positive = positive and track.p[0, i * (i + 1) // 2 + i, lane] > 0.0
+            if not finite:
                 now.status[lane] = SINGULAR
                 now.reason[lane] = R_SINGULAR
                 drop(lane, track)
+                continue
+            if not positive:
+                _repair(lane, track)
+                now.status[lane] = SINGULAR
+                now.reason[lane] = R_REPAIRED
                 continue
             if track.rival[lane] == 1:
                 now.status[lane] = AMBIGUOUS

@@ -45,11 +45,12 @@ REASONS = (
     "two positions explain the mark",
     "times of arrival differ by more than the stations' distance allows",
     "the mark is older than the one before it",
-    "the innovation covariance is singular",
+    "the state is no longer finite",
     "innovation beyond 3 sigma: its noise was scaled up",
+    "the covariance was no longer positive definite and was repaired",
 )
 (R_NONE, R_FEW, R_NO_START, R_NO_SOLUTION, R_RESIDUAL, R_CLAIM, R_GAP, R_INCONSISTENT, R_FIX) = range(9)
-(R_TWO, R_SPREAD, R_OLD, R_SINGULAR, R_SCALED) = range(9, 14)
+(R_TWO, R_SPREAD, R_OLD, R_SINGULAR, R_SCALED, R_REPAIRED) = range(9, 15)
 
 GAP_S = 60.0
 STALE_S = 20.0
@@ -61,6 +62,10 @@ SCALE_FROM_SIGMA = 3.0
 CLAIM_SHARE_OF_RANGE = 0.2
 WINDOW_MARKS = 20
 INCONSISTENT_RATIO = 10.0
+# From this average on a track is called inconsistent, though it goes on.
+DOUBTFUL_RATIO = 3.0
+# Smallest eigenvalue that a repaired covariance is given.
+EIGENVALUE_FLOOR = 1e-9
 # One wild mark must not restart a track: its share in the average is limited (it takes eight of twenty).
 WINDOW_CAP = 25.0
 RIVAL_COST_GAP = 9.0

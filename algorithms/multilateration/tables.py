@@ -153,12 +153,23 @@ def _tracks(recording: ToaMarks, result: Result) -> Table:
                     int(updating.sum()),
                     int((~updating).sum()),
                     end,
+                    _inconsistent_marks(a["nis"][where, trial], a["dof"][where, trial]),
                 )
             )
-    names = ("track", "target", "state", "start_s", "end_s", "updates", "misses", "reason")
+    names = ("track", "target", "state", "start_s", "end_s", "updates", "misses", "reason", "inconsistent_marks")
     columns = list(zip(*rows, strict=True)) if rows else [()] * len(names)
     texts = {"target", "state", "reason"}
     return Table({n: list(c) if n in texts else np.array(c, float) for n, c in zip(names, columns, strict=True)})
+
+
+def _inconsistent_marks(nis: NDArray[np.float64], dof: NDArray[np.int64]) -> int:
+    """How often NIS per degree of freedom, averaged over the last twenty marks, exceeded what is believable."""
+    tested = np.isfinite(nis) & (dof > 0)
+    ratio = np.minimum(nis[tested] / dof[tested], lanes.WINDOW_CAP)
+    if ratio.size < lanes.WINDOW_MARKS:
+        return 0
+    mean = np.convolve(ratio, np.ones(lanes.WINDOW_MARKS) / lanes.WINDOW_MARKS, mode="valid")
+    return int((mean > lanes.DOUBTFUL_RATIO).sum())
 
 
 def _end_reason(

@@ -10,11 +10,13 @@ from pydantic import ValidationError
 
 from algorithms.errors import ParameterError, RecordingError
 from algorithms.multilateration import lanes, rdf, rdfv, single_mark
+from algorithms.multilateration.filter_kernel import _repair
 from algorithms.multilateration.scenario import CircuitParameters, four_stations, simulate_circuit
 from algorithms.recording import ToaMarks
 from algorithms.result import Result
 from algorithms.site import Site
 from algorithms.spec import LocalContext
+from algorithms.toolbox.kernels.symmetric import unpack
 
 C = 299_792_458.0
 
@@ -229,6 +231,29 @@ def test_a_filter_started_far_off_restarts_instead_of_dying() -> None:
     assert "reinitialised" in words(result)
     error = np.linalg.norm(result.arrays["state"][-1, [0, 3], 0] - recording.truth_m[-1, :2])
     assert error < 500
+
+
+def test_a_track_whose_innovations_stay_too_large_is_called_inconsistent() -> None:
+    """A site twenty times more accurate in the file than in truth: the innovations say so, track by track."""
+    recording = straight()
+    assert recording.site is not None
+    honest = rdfv.ALGORITHM.tabulate(recording, filtered(recording))["tracks"]
+    assert list(honest.columns["inconsistent_marks"]) == [0]
+    site = recording.site.model_copy(update={"sigma_toa_ns": 3.5})
+    boastful = replace(recording, site=site)
+    table = rdfv.ALGORITHM.tabulate(boastful, filtered(boastful))["tracks"]
+    assert max(table.columns["inconsistent_marks"]) > 10
+
+
+def test_a_covariance_that_lost_its_meaning_is_repaired() -> None:
+    """Rounding may leave a diagonal element at or below zero: the lane is repaired and the mark says so."""
+    track = lanes.new_track()
+    full = np.diag(np.r_[np.full(8, 4.0), -1.0])
+    track.p[0, :, 0] = full[np.tril_indices(9)]
+    _repair(0, track)
+    repaired = unpack(track.p[0, :, 0])
+    assert np.linalg.eigvalsh(repaired)[0] == pytest.approx(1e-9, rel=1e-3)
+    np.testing.assert_allclose(np.diag(repaired)[:8], 4.0)
 
 
 def test_clock_offsets_are_subtracted() -> None:
