@@ -29,6 +29,12 @@ def run_command(*arguments: str, **environment: str) -> subprocess.CompletedProc
     )
 
 
+def processor_seconds(pid: int) -> float:
+    """Time that a process has computed so far, in all its threads."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def test_algorithms_are_listed() -> None:
     plain = run_command("algorithms")
     assert plain.returncode == 0
@@ -89,11 +95,11 @@ def test_data_folder_has_one_server(server: ServerProcess) -> None:
 
 
 def test_first_start_shows_the_sample_and_keeps_its_token(tmp_path: Path) -> None:
-    started = time.monotonic()
     first = start_server(tmp_path / "data", "--workers", "1", FILTERROOM_TOKEN="")
     try:
         httpx2.get(f"{first.url}/healthz")
-        assert time.monotonic() - started < 4, "2 s on a quiet machine"
+        # Two seconds by the clock on a quiet machine; processor time says the same on a busy one.
+        assert processor_seconds(first.process.pid) < 2
         token_file = tmp_path / "data" / "token"
         assert token_file.stat().st_mode & 0o777 == 0o600
         token = token_file.read_text().strip()
