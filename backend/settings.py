@@ -138,7 +138,5 @@ def _kept_secret(path: Path, size: int) -> str:
 def _not_empty(path: Path, value: str) -> str:
     # An empty token would let everybody in.
     if not value:
-        raise StorageError(
-            f"{path} is empty.", remedy="Remove it or write a secret into it.", code="token_empty"
-        )
+        raise StorageError(f"{path} is empty.", remedy="Remove it or write a secret into it.", code="token_empty")
     return value
