@@ -154,6 +154,11 @@ def _earth(site: Site, parameters: MarkParameters, profile: str, notes: list[Not
     return earths.sphere(earths.R_PAPER_M), "default"
 
 
+def given_or_default(parameters: MarkParameters, name: str) -> Setting:
+    """Return the setting of a parameter that needs no resolving: the run's where the run gave it."""
+    return Setting(getattr(parameters, name), "run" if name in parameters.model_fields_set else "default")
+
+
 def toa_of(recording: ToaMarks, conditions: Conditions) -> Floats:
     """(M, S, L) s: times of arrival less the stations' known clock offsets."""
     if not conditions.clock_offset_s.any():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from algorithms.multilateration import lanes
 from algorithms.multilateration.tables import position_errors
 from algorithms.recording import ToaMarks
 from algorithms.result import Metric, Result
@@ -38,5 +39,7 @@ def _of(recording: ToaMarks, result: Result, rows: np.ndarray, target: str) -> l
         errors = flat(position_errors(recording, result)[rows])
         out += error_metrics(errors, target)
         out.append(nees(errors, flat(cov), target))
-    out += claim_metrics(flat(answered), flat(drms), flat(a["nis"][rows]), flat(a["dof"][rows]), target)
+    # A mark whose noise was scaled up is a decision, listed as such; one late reception would drown the mean.
+    nis = np.where(a["status"][rows] == lanes.DOWNWEIGHTED, np.nan, a["nis"][rows])
+    out += claim_metrics(flat(answered), flat(drms), flat(nis), flat(a["dof"][rows]), target)
     return out

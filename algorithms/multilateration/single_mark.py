@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 
 from algorithms.multilateration import lanes
 from algorithms.multilateration.begin import emission_offset
-from algorithms.multilateration.conditions import Conditions, conditions_of, toa_of
+from algorithms.multilateration.conditions import Conditions, conditions_of, given_or_default, toa_of
 from algorithms.multilateration.fix import residual_rms, solve_mark
 from algorithms.multilateration.measures import measure
 from algorithms.multilateration.outputs import OUTPUTS
 from algorithms.multilateration.parameters import AltitudeParameters
 from algorithms.multilateration.tables import tabulate
 from algorithms.recording import ToaMarks
-from algorithms.result import Output, Result, Setting, Table
+from algorithms.result import Output, Result, Table
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 from algorithms.toolbox.kernels import kernel
 from algorithms.toolbox.kernels.symmetric import unpack
@@ -158,7 +158,7 @@ def run(recording: ToaMarks, parameters: SingleMarkParameters, context: RunConte
     toa = toa_of(recording, conditions)
     altitude = recording.altitude_m if with_altitude else np.full_like(recording.altitude_m, np.nan)
     arrays = _solve(recording, conditions, toa, altitude, context)
-    settings = conditions.settings | {"altitude": Setting(parameters.altitude, "run")}
+    settings = conditions.settings | {"altitude": given_or_default(parameters, "altitude")}
     return Result(arrays, conditions.notes, settings)
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from algorithms.errors import ParameterError, RecordingError
 from algorithms.multilateration import lanes
-from algorithms.multilateration.conditions import Conditions, conditions_of, toa_of
+from algorithms.multilateration.conditions import Conditions, conditions_of, given_or_default, toa_of
 from algorithms.multilateration.filter_kernel import filter_marks
 from algorithms.multilateration.lanes import Marks, Report, Setup, Track
 from algorithms.multilateration.parameters import FilterParameters, Start
@@ -38,9 +38,9 @@ def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunCo
     conditions = conditions_of(recording, parameters, profile=profile, with_altitude=altitude)
     form = parameters.process_noise or ("paper" if profile == "article" else "white")
     settings = conditions.settings | {
-        "profile": Setting(profile, "run"),
+        "profile": given_or_default(parameters, "profile"),
         "process_noise": Setting(form, "run" if parameters.process_noise else "profile"),
-        "sigma_jerk_mps3": Setting(parameters.sigma_jerk_mps3, "run"),
+        "sigma_jerk_mps3": given_or_default(parameters, "sigma_jerk_mps3"),
     }
     gate_length = recording.site.gate_length_s if recording.site is not None else None
     setup = setup_of(

@@ -58,7 +58,10 @@ def nees(errors_m: Floats, covariance_m2: Floats, target: str = "") -> Metric:
 def claim_metrics(
     answered: NDArray[np.bool_], drms_m: Floats, nis: Floats, dof: NDArray[np.int64], target: str = ""
 ) -> list[Metric]:
-    """What a filter says of itself at each mark (n,): answers, claimed error, innovations."""
+    """What a filter says of itself at each mark (n,): answers, claimed error, innovations.
+
+    Marks whose innovation must not count (their noise was scaled up) come with a NIS of NaN.
+    """
     n = len(answered)
     drms = drms_m[np.isfinite(drms_m)]
     tested = np.isfinite(nis) & (dof > 0)
