@@ -20,5 +20,17 @@ def write_table_csv(table: Table, stream: TextIO, *, header: bool = True) -> Non
 
 
 def _cells(row: tuple[Any, ...]) -> list[Any]:
-    """The csv module writes None as an empty cell and floats with repr; truth values become words of JSON."""
-    return [("true" if v else "false") if isinstance(v, bool) else v for v in row]
+    """The csv module writes None as an empty cell and floats with repr.
+
+    Truth values become words of JSON; a whole number is written without its ".0", because a column of numbers with
+    gaps (the track of a mark that has none) has to be a column of floats.
+    """
+    return [_cell(v) for v in row]
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
+        return int(value)
+    return value
