@@ -17,11 +17,13 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
 START_TIMEOUT_S = 60
 # Nothing of a healthy page takes longer on two busy cores.
 STEP_TIMEOUT_MS = 20_000
+# Playwright keeps a limit of its own for expectations, 5 s, whatever that of the context is.
+expect.set_options(timeout=STEP_TIMEOUT_MS)
 TOKEN = "browser-test-token"
 FLAGS = (
     "--no-sandbox",
