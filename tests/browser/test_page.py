@@ -91,7 +91,10 @@ def tab_to(page: Page, selector: str) -> None:
         if page.evaluate("(wanted) => document.activeElement.matches(wanted)", selector):
             return
         page.keyboard.press("Tab")
-        ring = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+        # Between the last stop and the first one some browsers leave the focus on the body, which is no stop.
+        ring = page.evaluate(
+            "document.activeElement === document.body ? '' : getComputedStyle(document.activeElement).outlineStyle"
+        )
         assert ring != "none", page.evaluate("document.activeElement.outerHTML.slice(0, 200)")
     pytest.fail(f"Tab never reached {selector}")
 
