@@ -7,7 +7,8 @@ import { icon } from "../js/icons.js";
 import { apiUrl, get } from "../js/api.js";
 import { t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
-import { describePoints, dressFigure, isOverTime, pointsOfRow, rowOf, rowsOf } from "../js/figure.js";
+import { describePoints, dressFigure, isOverTime, rowOf } from "../js/figure.js";
+import { Moments } from "../js/moments.js";
 import { loadPlotly } from "../js/plotly.js";
 import { chartColours, isDark, themes } from "../js/theme.js";
 import { failed, loading, notApplicable } from "./states.js";
@@ -16,9 +17,12 @@ import { chartTable } from "./chart-table.js";
 
 /** @import { Figure, PlotlyElement, PlotlyLibrary } from "../types.d.ts" */
 /** @import { CursorBus } from "../js/cursor.js" */
+/** @import { Point } from "../js/moments.js" */
 
 const CONFIG = { displaylogo: false, showSendToCloud: false, plotlyServerURL: "", displayModeBar: false, doubleClick: "reset+autosize" };
 const NARROW_PX = 480;
+// A press and its release no further apart than this are a click and not a drag.
+const CLICK_PX = 4;
 // Points of a curve; marks are drawn one by one up to ten times as many for each entry. SVG draws these at once.
 const POINTS = 1500;
 // More points than this would stop the browser for seconds; they are in the CSV.
@@ -38,6 +42,10 @@ export class ChartPanel extends HTMLElement {
   figure = null;
   /** @type {PlotlyLibrary | null} */
   plotly = null;
+  /** Which points stand at an instant; null until the chart is drawn. @type {Moments | null} */
+  moments = null;
+  /** @type {Point[]} */
+  marked = [];
 
   connectedCallback() {
     this.stop = new AbortController();
@@ -46,6 +54,7 @@ export class ChartPanel extends HTMLElement {
     this.overlay = svg("svg", { class: "overlay", "aria-hidden": "true" });
     this.body = h("div", { class: "body" }, loading());
     this.strip = h("div", { class: "strip" }, t("chart.strip_hint"));
+    this.told = h("span", { class: "sr-only", "aria-live": "polite" });
     this.note = h("span", { class: "note small muted" });
     this.tableButton = h("button", { class: "plain", type: "button", "aria-pressed": "false", title: t("chart.as_table"), "aria-label": `${t("chart.as_table")}: ${this.heading}`, onclick: () => this.toggleTable() }, icon("table"));
     put(this,
@@ -54,11 +63,16 @@ export class ChartPanel extends HTMLElement {
         h("div", { class: "actions" }, this.tableButton,
           h("button", { class: "plain", type: "button", title: t("chart.expand"), "aria-label": `${t("chart.expand")}: ${this.heading}`, onclick: () => this.toggleFullscreen() }, icon("expand")),
           chartMenu(this))),
-      this.body, this.strip);
+      this.body, this.strip, this.told);
     this.plot.addEventListener("keydown", (event) => this.onKey(event), { signal });
-    this.plot.addEventListener("mouseleave", () => this.onLeave(), { signal });
+    this.plot.addEventListener("pointermove", (event) => this.onMove(event), { signal });
+    this.plot.addEventListener("pointerdown", (event) => this.onPress(event), { signal, capture: true });
+    this.plot.addEventListener("pointerleave", () => this.onLeave(), { signal });
     themes.addEventListener("change", () => this.draw(), { signal });
     this.bus?.addEventListener("change", () => this.showCursor(), { signal });
+    document.addEventListener("keydown", (event) => {
+      if (event.key === "Escape") this.bus?.release();
+    }, { signal });
     this.seen = new IntersectionObserver((entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
       this.seen?.disconnect();
@@ -113,9 +127,9 @@ export class ChartPanel extends HTMLElement {
     await plotly.react(plot, dressed.data, dressed.layout, CONFIG);
     if (fresh) {
       plot.on?.("plotly_hover", (event) => this.onHover(event));
-      plot.on?.("plotly_click", (event) => this.onClick(event));
       plot.on?.("plotly_afterplot", () => this.placeCursor());
     }
+    this.moments = new Moments(plot._fullData ?? [], isOverTime(figure));
     plot.setAttribute("aria-label", this.summary());
     this.dataset.drawn = "yes";
     this.showCursor();
@@ -169,78 +183,128 @@ export class ChartPanel extends HTMLElement {
     this.draw();
   }
 
-  /** @param {any} event */
+  /** In a plan, the mark under the pointer; in a map over time, the cell. @param {any} event */
   onHover(event) {
-    const points = event.points ?? [];
-    const first = points[0];
-    if (!first) return;
-    const row = rowOf(first.customdata);
-    if (row !== null) this.bus?.look(row, { label: first.fullData.meta?.label ?? null });
-    if (!this.bus?.now.locked) this.describe(points.map((/** @type {any} */ point) => ({ trace: point.fullData, x: point.x, y: point.y, z: point.z, text: point.text })));
+    const first = event.points?.[0];
+    if (!first || !this.figure || this.bus?.now.locked) return;
+    if (isOverTime(this.figure)) {
+      this.describe(event.points.map((/** @type {any} */ point) => ({ trace: point.fullData, x: point.x, y: point.y, z: point.z })), this.bus?.now.time ?? null);
+      return;
+    }
+    const mark = this.markOf(first);
+    this.hovered = mark;
+    if (mark) this.bus?.look(mark.time, mark);
+    else this.describe([{ trace: first.fullData, x: first.x, y: first.y }], null);
   }
 
-  /** @param {any} event */
+  /** The mark that a point of a plan stands for. @param {any} point */
+  markOf(point) {
+    const row = rowOf(point.customdata);
+    const time = Number(point.text || NaN);
+    return row === null || !Number.isFinite(time) ? null : { time, row, label: point.fullData.meta?.label ?? null };
+  }
+
+  /** Over time, the instant under the pointer is looked at, at the nearest mark. @param {PointerEvent} event */
+  onMove(event) {
+    if (event.buttons || !this.bus || this.bus.now.locked || !this.figure || !isOverTime(this.figure)) return;
+    const mark = this.markUnder(event);
+    if (mark) this.bus.look(mark.time, mark);
+  }
+
+  /** @param {PointerEvent} event */
+  markUnder(event) {
+    const axis = this.plot?._fullLayout?.xaxis;
+    if (!axis || !this.moments || !this.plot) return null;
+    const left = event.clientX - this.plot.getBoundingClientRect().left - axis._offset;
+    if (left < 0 || left > axis._length) return null;
+    const time = Number(axis.p2d(left));
+    return this.moments.snap(time) ?? { time, row: null };
+  }
+
+  /** A click locks the cursor where it is, a second one at the same mark frees it. @param {PointerEvent} down */
+  onPress(down) {
+    if (down.button !== 0 || !this.bus) return;
+    window.addEventListener("pointerup", (up) => {
+      if (Math.hypot(up.clientX - down.clientX, up.clientY - down.clientY) > CLICK_PX) return;
+      this.plot?.focus({ preventScroll: true });
+      this.onClick(up);
+    }, { once: true, signal: this.stop?.signal });
+  }
+
+  /** @param {PointerEvent} event */
   onClick(event) {
-    const point = event.points?.[0];
-    const row = point ? rowOf(point.customdata) : null;
-    if (!this.bus || row === null) return;
-    if (this.bus.now.locked && this.bus.now.row === row) this.bus.release();
-    else this.bus.look(row, { label: point.fullData.meta?.label ?? null, lock: true });
+    if (!this.bus || !this.figure) return;
+    const mark = isOverTime(this.figure) ? this.markUnder(event) : this.hovered;
+    if (!mark) return;
+    const { now } = this.bus;
+    if (now.locked && now.time === mark.time && now.row === mark.row) this.bus.release();
+    else this.lock(mark);
+  }
+
+  /** @param {{time: number, row: number | null, label?: string | null}} mark */
+  lock(mark) {
+    this.bus?.look(mark.time, { row: mark.row, label: mark.label ?? null, lock: true });
+    // Only the chart that was acted on speaks; the others follow in silence.
+    if (this.told && this.strip) this.told.textContent = [...this.strip.children].map((part) => part.textContent).join(", ");
   }
 
   onLeave() {
+    this.hovered = null;
     if (this.bus && !this.bus.now.locked) this.bus.release();
     else if (!this.bus) put(/** @type {HTMLElement} */ (this.strip), t("chart.strip_hint"));
   }
 
   /** Arrow keys step one mark, Escape frees the cursor. @param {KeyboardEvent} event */
   onKey(event) {
-    if (!this.bus || !this.plot?._fullData) return;
-    if (event.key === "Escape") this.bus.release();
+    if (!this.bus || !this.moments) return;
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (!step) return;
     event.preventDefault();
-    const rows = rowsOf(this.plot._fullData);
-    const now = this.bus.now.row;
-    const at = now === null ? -1 : rows.indexOf(now);
-    const row = rows[Math.min(rows.length - 1, Math.max(0, at + step))];
-    if (row !== undefined) this.bus.look(row, { label: this.bus.now.label, lock: true });
-    this.strip?.setAttribute("aria-live", "polite");
+    const { time, row, label } = this.bus.now;
+    const mark = this.moments.step(time, row, step);
+    if (mark) this.lock({ ...mark, label });
   }
 
   /** Follow the cursor that all charts of the page share. */
   showCursor() {
-    const row = this.bus?.now.row ?? null;
-    const traces = this.plot?._fullData;
-    this.marked = row === null || !traces ? [] : pointsOfRow(traces, row, this.figure && isOverTime(this.figure) ? null : this.bus?.now.label);
-    if (row === null) put(/** @type {HTMLElement} */ (this.strip), t("chart.strip_hint"));
-    else if (this.marked.length) this.describe(this.marked);
+    const { time, row, locked } = this.bus?.now ?? { time: null, row: null, locked: false };
+    this.marked = time === null || !this.moments ? [] : this.moments.at(time, row);
+    this.toggleAttribute("data-locked", locked);
+    if (time === null) put(/** @type {HTMLElement} */ (this.strip), t("chart.strip_hint"));
+    else if (this.figure && this.plot?._fullData) this.describe(this.marked, time);
     this.placeCursor();
   }
 
-  /** Draw the cursor over the chart: a line at the instant, or a ring around the point. */
+  /** Draw the cursor over the chart: a line at the instant, or a ring around each point that stands there. */
   placeCursor() {
     const layout = this.plot?._fullLayout;
     const overlay = /** @type {SVGElement} */ (this.overlay);
     put(overlay);
-    if (!layout || !this.marked?.length || !this.figure) return;
-    const overTime = isOverTime(this.figure);
-    for (const point of overTime ? this.marked.slice(0, 1) : this.marked) {
-      const x = layout[`xaxis${String(point.trace.xaxis ?? "x").slice(1)}`];
-      const y = layout[`yaxis${String(point.trace.yaxis ?? "y").slice(1)}`];
-      const left = x._offset + x.d2p(point.x);
-      if (!Number.isFinite(left) || left < x._offset - 1 || left > x._offset + x._length + 1) continue;
-      if (overTime) overlay.append(svg("line", { x1: left, x2: left, y1: y._offset, y2: y._offset + y._length }));
-      else {
-        const top = y._offset + y.d2p(point.y);
-        if (Number.isFinite(top) && top >= y._offset && top <= y._offset + y._length) overlay.append(svg("circle", { cx: left, cy: top, r: 8 }));
-      }
+    const time = this.bus?.now.time ?? null;
+    if (!layout || !this.figure || time === null) return;
+    if (isOverTime(this.figure)) {
+      const x = layout.xaxis;
+      const left = x._offset + x.d2p(time);
+      const rows = Object.keys(layout).filter((name) => /^yaxis\d*$/.test(name)).map((name) => layout[name]);
+      if (left < x._offset - 1 || left > x._offset + x._length + 1) return;
+      overlay.append(svg("line", { x1: left, x2: left, y1: Math.min(...rows.map((y) => y._offset)), y2: Math.max(...rows.map((y) => y._offset + y._length)) }));
+      return;
+    }
+    const { xaxis: x, yaxis: y } = layout;
+    for (const point of this.marked) {
+      const [left, top] = [x.d2p(point.x), y.d2p(point.y)];
+      if (left < 0 || left > x._length || top < 0 || top > y._length) continue;
+      const colour = point.trace.line?.color ?? point.trace.marker?.color;
+      overlay.append(svg("circle", { cx: x._offset + left, cy: y._offset + top, r: 8, style: `stroke: ${colour}` }));
     }
   }
 
-  /** @param {{trace: any, x: any, y: any, z?: any, text?: any}[]} points */
-  describe(points) {
-    const parts = describePoints(points, this.plot?.layout ?? {});
+  /**
+   * @param {{trace: any, x: any, y: any, z?: any}[]} points
+   * @param {number | null} time
+   */
+  describe(points, time) {
+    const parts = describePoints(points, this.plot?.layout ?? {}, time);
     put(/** @type {HTMLElement} */ (this.strip), parts.map((part) => h("span", null,
       part.colour ? h("span", { class: "swatch", style: `border-color: ${part.colour}` }) : null,
       part.name, part.value ? " " : null, part.value ? h("b", null, part.value) : null)));

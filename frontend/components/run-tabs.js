@@ -143,7 +143,7 @@ export function decisionsTab(run, bus) {
     const table = dataTable({
       caption: t("tab.decisions"), columns, rows,
       onpick: (/** @type {Row} */ row) => {
-        if (typeof row.row === "number") bus.look(row.row, { label: String(row.label), lock: true });
+        if (typeof row.time_s === "number") bus.look(row.time_s, { row: numberOf("row")(row), label: String(row.label), lock: true });
       },
       isCurrent: (row) => bus.now.row !== null && row.row === bus.now.row && (bus.now.label === null || row.label === bus.now.label),
     });
@@ -265,7 +265,7 @@ export function requestOf(run) {
     name: entry.name,
     ...(entry.label && entry.label !== entry.name ? { label: entry.label } : {}),
     ...(entry.parameters && Object.keys(entry.parameters).length ? { parameters: entry.parameters } : {}),
-  })), ...(run.label ? { label: run.label } : {}) };
+  })), ...(run.label ? { label: run.label } : {}), ...(run.tags.length ? { tags: run.tags } : {}), ...(run.seed ? { seed: run.seed } : {}) };
 }
 
 /**

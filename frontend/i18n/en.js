@@ -228,6 +228,7 @@ export default {
   "chart.fewer_points": "fewer points",
   "chart.notes": { one: "{n} note", other: "{n} notes" },
   "chart.time": "Time",
+  "chart.place": "E {east}, N {north} {unit}",
   "chart.reason.no_truth": "The recording holds no true positions.",
   "chart.reason.no_altitude": "No altitude was decoded, estimated or known.",
   "chart.reason.no_marks": "The recording holds no marks.",

@@ -229,6 +229,7 @@ export default {
   "chart.fewer_points": "меньше точек",
   "chart.notes": { one: "{n} замечание", few: "{n} замечания", many: "{n} замечаний", other: "{n} замечания" },
   "chart.time": "Время",
+  "chart.place": "В {east}, С {north} {unit}",
   "chart.reason.no_truth": "В записи нет истинных положений.",
   "chart.reason.no_altitude": "Высота не принята, не оценена и не известна.",
   "chart.reason.no_marks": "В записи нет отметок.",

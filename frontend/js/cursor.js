@@ -1,30 +1,31 @@
 // @ts-check
-// One instant, shared by all charts and tables of a page: the mark (row of the recording) that is looked at.
+// One instant, shared by all charts and tables of a page: its time, and the mark (row of the recording) looked at.
 
-/** @typedef {{row: number | null, label: string | null, locked: boolean}} Cursor */
+/** @typedef {{time: number | null, row: number | null, label: string | null, locked: boolean}} Cursor */
+
+/** @type {Cursor} */
+const NOWHERE = { time: null, row: null, label: null, locked: false };
 
 export class CursorBus extends EventTarget {
-  constructor() {
-    super();
-    /** @type {Cursor} */
-    this.now = { row: null, label: null, locked: false };
-  }
+  now = NOWHERE;
 
   /**
-   * Look at a mark; a locked cursor only moves by another lock.
-   * @param {number | null} row
-   * @param {{label?: string | null, lock?: boolean}} [how]
+   * Look at an instant; a locked cursor only moves by another lock.
+   * @param {number | null} time
+   * @param {{row?: number | null, label?: string | null, lock?: boolean}} [how]
    */
-  look(row, { label = null, lock = false } = {}) {
-    if (this.now.locked && !lock) return;
-    if (row === this.now.row && label === this.now.label && lock === this.now.locked) return;
-    this.now = { row, label, locked: lock && row !== null };
+  look(time, { row = null, label = null, lock = false } = {}) {
+    const { now } = this;
+    if (now.locked && !lock) return;
+    if (time === now.time && row === now.row && label === now.label && lock === now.locked) return;
+    this.now = { time, row, label, locked: lock && time !== null };
     this.dispatchEvent(new Event("change"));
   }
 
   /** Give the cursor free. */
   release() {
-    this.now = { row: null, label: null, locked: false };
+    if (this.now === NOWHERE) return;
+    this.now = NOWHERE;
     this.dispatchEvent(new Event("change"));
   }
 }

@@ -37,7 +37,8 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
   layout.autosize = true;
   layout.uirevision = "kept";
   layout.margin = { l: narrow ? 48 : 58, r: 12, t: 8, b: narrow ? 36 : 40, pad: 0 };
-  layout.hovermode = isOverTime(figure) ? "x" : "closest";
+  // Over time the page reads the instant under the pointer itself; only maps need Plotly to find the cell.
+  layout.hovermode = isOverTime(figure) && !data.some((trace) => trace.type === "heatmap") ? false : "closest";
   for (const name of Object.keys(layout)) {
     if (!/^[xy]axis\d*$/.test(name)) continue;
     layout[name] = {
@@ -135,25 +136,6 @@ export function splitTitle(title) {
 }
 
 /**
- * Where points stand for this mark of the recording.
- * @param {Trace[]} traces with decoded arrays
- * @param {number} row
- * @param {string | null} [label] only this entry's points, where it has any
- * @returns {{trace: Trace, x: any, y: any, text?: any}[]}
- */
-export function pointsOfRow(traces, row, label = null) {
-  const found = [];
-  for (const trace of traces) {
-    if (trace.visible === false || !trace.customdata) continue;
-    for (let i = 0; i < trace.customdata.length; i += 1) {
-      if (rowOf(trace.customdata[i]) === row) found.push({ trace, x: trace.x[i], y: trace.y[i], text: trace.text?.[i] });
-    }
-  }
-  const own = label ? found.filter((point) => point.trace.meta?.label === label) : [];
-  return own.length ? own : found;
-}
-
-/**
  * The row number in a point's customdata: the number itself, or the first of several.
  * @param {any} customdata
  * @returns {number | null}
@@ -169,57 +151,37 @@ export function isOverTime(figure) {
 }
 
 /**
- * The rows of the recording that a figure has points for, in rising order.
- * @param {Trace[]} traces
- * @returns {number[]}
- */
-export function rowsOf(traces) {
-  const rows = new Set();
-  for (const trace of traces) {
-    if (trace.visible === false || !trace.customdata) continue;
-    for (const one of trace.customdata) {
-      const row = rowOf(one);
-      if (row !== null) rows.add(row);
-    }
-  }
-  return [...rows].sort((a, b) => a - b);
-}
-
-/**
  * What the strip under a chart says of some points: the instant first, then a value for each entry.
  * @param {{trace: Trace, x: any, y: any, z?: any, text?: any}[]} points
  * @param {Record<string, any>} layout
+ * @param {number | null} [time] the instant that is looked at
  * @returns {{name: string, value: string, colour: string | null}[]}
  */
-export function describePoints(points, layout) {
-  const first = points[0];
-  if (!first) return [];
-  const across = axisTitle(layout.xaxis);
+export function describePoints(points, layout, time = null) {
   const upOf = (/** @type {Trace} */ trace) => splitTitle(axisTitle(layout[`yaxis${String(trace.yaxis ?? "y").slice(1)}`]));
   const colourOf = (/** @type {Trace} */ trace) => {
     const colour = trace.line?.color ?? trace.marker?.color;
     return typeof colour === "string" ? colour : null;
   };
-  if (across.startsWith("Time")) {
-    const said = new Set();
-    const values = points.filter((point) => point.z !== null).filter((point) => {
-      const key = `${point.trace.name ?? ""} ${point.y}`;
-      return !said.has(key) && said.add(key);
-    });
-    return [
-      { name: t("chart.time"), value: `${formatNumber(Number(first.x), 5)} s`, colour: null },
-      ...instantOf(Number(first.x), layout.meta?.start_utc),
-      ...values.map((point) => ({ name: point.trace.name ?? "", value: valueOf(point, upOf(point.trace).unit), colour: colourOf(point.trace) })),
-    ];
-  }
-  const side = splitTitle(across);
-  const time = Number(first.text ?? NaN);
-  return [
-    { name: first.trace.name ?? "", value: "", colour: colourOf(first.trace) },
-    ...(Number.isFinite(time) && first.text !== "" && first.text !== null ? [{ name: t("chart.time"), value: `${formatNumber(time, 5)} s`, colour: null }] : []),
-    { name: side.quantity, value: withUnit(first.x, side.unit), colour: null },
-    { name: upOf(first.trace).quantity, value: withUnit(first.y, upOf(first.trace).unit), colour: null },
-  ].filter((part) => part.name || part.value);
+  const said = new Set();
+  const values = points.filter((point) => point.z !== null).map((point) => ({
+    name: point.trace.name ?? "", value: isOverTime({ data: [], layout }) ? valueOf(point, upOf(point.trace).unit) : placeOf(point, layout), colour: colourOf(point.trace),
+  })).filter((part) => {
+    const key = `${part.name} ${part.value}`;
+    return !said.has(key) && said.add(key);
+  });
+  if (time === null) return values;
+  return [{ name: t("chart.time"), value: `${formatNumber(time, 5)} s`, colour: null }, ...instantOf(time, layout.meta?.start_utc), ...values];
+}
+
+/**
+ * The place of a point in a plan.
+ * @param {{x: any, y: any}} point
+ * @param {Record<string, any>} layout
+ */
+function placeOf(point, layout) {
+  const unit = splitTitle(axisTitle(layout.xaxis)).unit;
+  return t("chart.place", { east: formatNumber(Number(point.x), 5), north: formatNumber(Number(point.y), 5), unit });
 }
 
 /**
@@ -240,13 +202,4 @@ function instantOf(time_s, start) {
   if (!Number.isFinite(origin) || !Number.isFinite(time_s)) return [];
   const iso = new Date(origin + time_s * 1000).toISOString();
   return [{ name: "UTC", value: iso.slice(11, 23), colour: null }];
-}
-
-/**
- * @param {any} value
- * @param {string} unit
- */
-function withUnit(value, unit) {
-  const text = typeof value === "number" ? formatNumber(value, 5) : String(value);
-  return unit ? `${text} ${unit}` : text;
 }

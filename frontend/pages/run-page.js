@@ -52,9 +52,6 @@ class RunPage extends HTMLElement {
     this.body = h("div", null, loading());
     put(this, this.head, this.body);
     this.load();
-    document.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") this.bus.release();
-    }, { signal: this.stop.signal });
   }
 
   disconnectedCallback() {

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import test from "node:test";
 import { parseCsv } from "../../frontend/js/csv.js";
-import { describePoints, dressFigure, isOverTime, pointsOfRow, rowOf, rowsOf, splitTitle, withAlpha } from "../../frontend/js/figure.js";
+import { describePoints, dressFigure, isOverTime, rowOf, splitTitle, withAlpha } from "../../frontend/js/figure.js";
 import { parseRoute, routeTo } from "../../frontend/js/router.js";
 import { curlSnippet, pythonSnippet, shellQuote } from "../../frontend/js/snippets.js";
 import { guessRoles } from "../../frontend/js/upload.js";
@@ -65,27 +65,23 @@ test("figures take the theme's colours by role and hide what is hidden", () => {
   assert.equal(data[3].type, "scatter", "the policy forbids what WebGL needs");
   assert.notEqual(data[4].marker.color, "#f0f4f8");
   assert.equal(layout.title, undefined);
-  assert.equal(layout.hovermode, "x");
+  assert.equal(layout.hovermode, false, "the page finds the instant itself");
   assert.equal(figure.data[1].hovertemplate, "x", "the fetched figure stays as it was");
 });
 
-test("points and rows of a recording find each other", () => {
-  const traces = [
-    { x: [0, 1], y: [5, 6], customdata: Int32Array.of(3, -1), meta: { label: "a" } },
-    { x: [0], y: [7], customdata: [[3, 9]], meta: { label: "b" } },
-    { x: [0], y: [8], customdata: [3], visible: false, meta: { label: "c" } },
-  ];
-  assert.deepEqual(rowsOf(traces), [3]);
-  assert.deepEqual(pointsOfRow(traces, 3).map((point) => point.y), [5, 7]);
-  assert.deepEqual(pointsOfRow(traces, 3, "b").map((point) => point.y), [7]);
+test("a row is read from customdata, whatever its form", () => {
+  assert.equal(rowOf(7), 7);
+  assert.equal(rowOf([3, 9]), 3);
   assert.equal(rowOf(-1), null);
   assert.equal(rowOf(undefined), null);
 });
 
 test("the strip says the instant and each value with its unit", () => {
   const layout = { xaxis: { title: { text: "Time, s" } }, yaxis: { title: { text: "Horizontal error, m" } }, meta: { start_utc: "2026-03-04T10:00:00Z" } };
-  const said = describePoints([{ trace: { name: "rdf", line: { color: "#D55E00" } }, x: 12.5, y: 345.6 }], layout);
+  const said = describePoints([{ trace: { name: "rdf", line: { color: "#D55E00" } }, x: 12.5, y: 345.6 }], layout, 12.5);
   assert.deepEqual(said.map((part) => part.value), ["12.500 s", "10:00:12.500", "346 m"]);
+  const plan = { xaxis: { title: { text: "East, km" } }, yaxis: { title: { text: "North, km" } } };
+  assert.deepEqual(describePoints([{ trace: { name: "rdf" }, x: 1.25, y: -3 }], plan, 12.5).map((part) => part.value), ["12.500 s", "E 1.2500, N −3.0000 km"]);
   assert.equal(isOverTime({ data: [], layout }), true);
   assert.deepEqual(splitTitle("NIS"), { quantity: "NIS", unit: "" });
   assert.equal(withAlpha("#0072B2", 0.1), "rgba(0, 114, 178, 0.1)");
