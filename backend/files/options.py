@@ -69,6 +69,8 @@ class ReadOptions(_Model):
     """WGS-84 origin of the local frame."""
     start_utc: Annotated[str | None, BeforeValidator(_utc)] = None
     """The instant from which `time_s` counts."""
+    truth_shift_s: Annotated[float, Field(ge=-86_400, le=86_400)] = 0.0
+    """Seconds added to the times of the truth file, whose clock is slow by so much."""
     edition: Annotated[str, Field(max_length=40)] | None = None
     """Edition of a binary format's specification."""
     order: Literal["sort", "reject"] = "sort"

@@ -171,7 +171,7 @@ def _with_truth(
     if truth is None:
         return recording
     points = read_truth_file(truth, options, limits, recording.kind, findings)
-    return attach_truth(recording, part.epoch_s, points, origin, findings)
+    return attach_truth(recording, part.epoch_s, points, origin, options.truth_shift_s, findings)
 
 
 def _with_start(recording: Recording, epoch_s: int | None, start_utc: str | None) -> Recording:

@@ -1,7 +1,7 @@
 """True positions: WGS-84 ones brought into the local frame, and those of a truth file matched to the measurements.
 
-A truth file serves where it has the very time of a measurement (within a microsecond, which is what the text of an
-epoch time resolves) and, where it names targets, the very target.
+A measurement whose very time (within a microsecond) and target a truth file has gets that position unchanged; at
+another time it gets the path between the neighbouring positions (`truth_tracks`), or none.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ import pymap3d
 from algorithms.errors import InputError
 from algorithms.recording import Floats, Ints, Kind, Recording
 from algorithms.site import Origin
-from backend.files.columns import read_timed_columns
+from backend.files.columns import Mask, read_timed_columns
 from backend.files.content import NamedFile, inspect
 from backend.files.delimited_text import read_header
 from backend.files.options import ReadLimits, ReadOptions
 from backend.files.report import Findings, some
 from backend.files.selection import NameColumn, Selection
 from backend.files.truth_columns import TRUTH_QUANTITIES, truth_layout
+from backend.files.truth_shift import Paths, estimate_time_shift
+from backend.files.truth_tracks import TruthTrack
 
-_SAME_TIME_S = 1e-6
 _TARGET = NameColumn("target", unnamed=True)
 
 
@@ -127,9 +128,17 @@ def read_truth_file(
 
 
 def attach_truth(
-    recording: Recording, epoch_s: int | None, points: TruthPoints, origin: Origin | None, findings: Findings
+    recording: Recording,
+    epoch_s: int | None,
+    points: TruthPoints,
+    origin: Origin | None,
+    shift_s: float,
+    findings: Findings,
 ) -> Recording:
-    """Give each row the truth of its time and target; count what finds no partner on either side."""
+    """Give each row the truth of its time and target; count what finds no partner on either side.
+
+    `shift_s` is added to the times of the truth. A shift that the data themselves suggest is only reported.
+    """
     if (epoch_s is None) != (points.epoch_s is None):
         raise InputError(
             "One of recording and truth has times of the epoch, the other times from an unknown start.",
@@ -138,29 +147,86 @@ def attach_truth(
             code="mixed_time_bases",
         )
     local = in_local_frame(points.truth_m, points.truth_geodetic, origin, findings)
-    shift = 0 if epoch_s is None or points.epoch_s is None else points.epoch_s - epoch_s
+    base_s = 0 if epoch_s is None or points.epoch_s is None else points.epoch_s - epoch_s
+    time_s = points.time_s + base_s + shift_s
+    if shift_s:
+        findings.warn(
+            "truth_shifted", f"{shift_s:+.6g} s were added to the times of the truth, as the options say.", len(time_s)
+        )
     partner = _target_partners(recording, points, findings)
+    chosen = np.unique(points.target).tolist() if partner is None else list(partner.values())
+    tracks = [_track(points, time_s, local, target) for target in chosen]
     if partner is None:
+        _report_shift(recording, Paths(tracks, None), shift_s, findings)
         return recording
-    truth, velocity = recording.truth_m.copy(), recording.truth_velocity_mps.copy()
+    track_of = np.full(len(recording), -1, np.int64)
+    for i, target in enumerate(partner):
+        track_of[recording.target == target] = i
+    paths = Paths(tracks, track_of)
+    found = paths.at(np.arange(len(recording)), recording.time_s)
+    known = np.asarray(np.isfinite(found.position_m).all(axis=1))
+    truth = np.where(known[:, None], found.position_m, recording.truth_m)
+    velocity = np.where(known[:, None], found.velocity_mps, recording.truth_velocity_mps)
+    with_truth = np.asarray(np.isfinite(truth).all(axis=1))
+    _report_rows(recording, paths, known, found.exact, with_truth, findings)
     used = np.zeros(len(points.row), bool)
-    for target, point_target in partner.items():
-        rows = recording.rows_of(target)
-        candidates = np.flatnonzero(points.target == point_target)
-        found = _same_time(recording.time_s[rows], points.time_s[candidates] + shift)
-        rows, chosen = rows[found >= 0], candidates[found[found >= 0]]
-        truth[rows], velocity[rows] = local[chosen], points.truth_velocity_mps[chosen]
-        used[chosen] = True
-    without = int((~np.isfinite(truth).all(axis=1)).sum())
-    if without:
-        findings.warn("rows_without_truth", "Rows for whose time and target the truth file has no position.", without)
+    used[found.between[known].ravel()] = True
     if not used.all():
         findings.warn(
             "truth_unmatched",
-            f"Rows of the truth file whose time and target no measurement has, rows {some(points.row[~used])}.",
+            f"Rows of the truth file that serve no measurement, at their time or beside it, rows "
+            f"{some(points.row[~used])}.",
             int((~used).sum()),
         )
+    _report_shift(recording, paths, shift_s, findings)
     return replace(recording, truth_m=truth, truth_velocity_mps=velocity)
+
+
+def _track(points: TruthPoints, time_s: Floats, local_m: Floats, target: int) -> TruthTrack:
+    mine = np.flatnonzero(points.target == target)
+    return TruthTrack.of(time_s[mine], local_m[mine], points.truth_velocity_mps[mine], mine)
+
+
+def _report_rows(
+    recording: Recording, paths: Paths, known: Mask, exact: Mask, with_truth: Mask, findings: Findings
+) -> None:
+    between = known & ~exact
+    if between.any():
+        periods = [t.period_s for t in paths.tracks if np.isfinite(t.period_s)]
+        findings.warn(
+            "truth_interpolated",
+            f"Rows whose truth was interpolated (cubic) between rows of the truth file, which are "
+            f"{float(np.median(periods)):.6g} s apart at the median.",
+            int(between.sum()),
+        )
+    if with_truth.all():
+        return
+    assert paths.track_of is not None
+    first = np.array([t.time_s[0] if len(t.time_s) else np.inf for t in paths.tracks] + [-np.inf])
+    last = np.array([t.time_s[-1] if len(t.time_s) else -np.inf for t in paths.tracks] + [np.inf])
+    outside = (recording.time_s < first[paths.track_of]) | (recording.time_s > last[paths.track_of])
+    nobody = paths.track_of < 0
+    counts = {
+        "of a target that the truth file does not have": nobody,
+        "before the first or after the last truth of their target": outside,
+        "in a gap of more than two periods": ~nobody & ~outside,
+    }
+    parts = [f"{int((m & ~with_truth).sum())} {words}" for words, m in counts.items() if (m & ~with_truth).any()]
+    findings.warn("rows_without_truth", f"Rows without truth: {', '.join(parts)}.", int((~with_truth).sum()))
+
+
+def _report_shift(recording: Recording, paths: Paths, applied_s: float, findings: Findings) -> None:
+    shift = estimate_time_shift(recording, paths)
+    if shift is None or not shift.is_significant:
+        return
+    total_s = applied_s + shift.shift_s
+    digits = int(np.clip(2 - np.floor(np.log10(shift.standard_error_s)), 0, 9))
+    findings.warn(
+        "truth_time_shift",
+        f"The truth fits the measurements best with {shift.shift_s:+.{digits}f} s added to its times (standard error "
+        f"{shift.standard_error_s:.2g} s). This was not done; the option truth_shift_s = {total_s:.{digits}f} does it.",
+        shift.rows,
+    )
 
 
 def _target_partners(recording: Recording, points: TruthPoints, findings: Findings) -> Mapping[int, int] | None:
@@ -188,16 +254,3 @@ def _target_partners(recording: Recording, points: TruthPoints, findings: Findin
             code="missing_column",
         )
     return {i: points.targets.index(n) for i, n in names.items() if n in points.targets}
-
-
-def _same_time(wanted_s: Floats, given_s: Floats) -> Ints:
-    """Position in `given_s` of the same time, or -1."""
-    if not given_s.size:
-        return np.full(len(wanted_s), -1, np.int64)
-    order = np.argsort(given_s, kind="stable")
-    sorted_s = given_s[order]
-    after = np.clip(np.searchsorted(sorted_s, wanted_s), 0, len(sorted_s) - 1)
-    before = np.maximum(after - 1, 0)
-    nearest = np.where(np.abs(sorted_s[before] - wanted_s) <= np.abs(sorted_s[after] - wanted_s), before, after)
-    fits = np.abs(sorted_s[nearest] - wanted_s) <= _SAME_TIME_S
-    return np.where(fits, order[nearest], -1)

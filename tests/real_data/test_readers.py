@@ -12,6 +12,7 @@ import pytest
 from algorithms.recording import PolarPlots, ToaMarks
 from backend.files.native_csv_writer import write_native_csv
 from backend.files.reading import NamedFile, ReadOptions, read_recording
+from backend.files.truth_tracks import TruthTrack
 
 DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data"
 LOCARDS, JOYRIDE, AUTOFERRY = DATA / "multilateration_locards", DATA / "radar_joyride", DATA / "radar_autoferry"
@@ -155,20 +156,52 @@ def test_autoferry_plots_relative_to_the_moving_radar():
     )
 
 
-def test_autoferry_truth_of_two_targets_belongs_to_no_single_plot():
-    options = ReadOptions(
+def autoferry(scenario: str, **options):
+    return ReadOptions(
         mapping=AUTOFERRY_MAPPING,
         truth_mapping={
             "time_s": {"column": "t", "unit": "epoch"},
             "true_east_m": "east_m",
             "true_north_m": "north_m",
         },
-        where={"scenario": "scenario16"},
+        where={"scenario": scenario},
+        **options,
     )
+
+
+def test_autoferry_truth_of_two_targets_belongs_to_no_single_plot():
     truth = NamedFile("truth.csv", AUTOFERRY / "truth.csv")
-    recording, report = read_recording(files(AUTOFERRY, "plots.csv"), truth=truth, options=options)
+    recording, report = read_recording(files(AUTOFERRY, "plots.csv"), truth=truth, options=autoferry("scenario16"))
     assert not recording.has_truth
     assert "truth_not_assigned" in [w.code for w in report.warnings]
+
+
+@pytest.mark.parametrize("scenario", ["scenario16", "scenario2", "scenario4"])
+def test_autoferry_truth_is_a_scan_late_and_moving_it_moves_the_estimate(scenario):
+    """The plots of a scan carry one time; they fit the truth of about a scan (1.68 s) before it best."""
+    truth = NamedFile("truth.csv", AUTOFERRY / "truth.csv")
+    told = []
+    for applied in (0.0, 5.0):
+        options = autoferry(scenario, truth_shift_s=applied)
+        _, report = read_recording(files(AUTOFERRY, "plots.csv"), truth=truth, options=options)
+        detail = next(w.detail for w in report.warnings if w.code == "truth_time_shift")
+        told.append(float(detail.split("truth_shift_s = ")[1].split(" ")[0]))
+    assert 1.2 < told[0] < 2.5
+    assert told[1] == pytest.approx(told[0], abs=0.05)
+
+
+@pytest.mark.parametrize("scenario", ["scenario16", "scenario5", "scenario6"])
+def test_autoferry_truth_between_its_own_rows(scenario):
+    """Every second row of each target, interpolated at the times of the others."""
+    rows = [r for r in rows_of(AUTOFERRY / "truth.csv") if r["scenario"] == scenario]
+    for target in ("1", "2"):
+        own = np.array([[float(r[c]) for c in ("t", "east_m", "north_m")] for r in rows if r["target"] == target])
+        position = np.column_stack([own[:, 1:], np.zeros(len(own))])
+        even = TruthTrack.of(own[::2, 0], position[::2], np.full((len(own[::2]), 3), np.nan), np.arange(len(own[::2])))
+        inner = own[1:-1:2]
+        error = even.at(inner[:, 0]).position_m[:, :2] - inner[:, 1:]
+        assert np.isfinite(error).all()
+        assert np.median(np.hypot(*error.T)) < 0.5
 
 
 def test_autoferry_truth_positions_are_read_per_target():

@@ -194,11 +194,48 @@ TRUTH = "time_s,true_east_m,true_north_m,true_up_m\n1,10,20,30\n3,11,21,31\n"
 
 
 def test_truth_file_by_exact_time(read, warning):
+    marks = "time_s,toa_A_ns\n1,0\n3,0\n"
+    recording, report = read(marks, truth=TRUTH)
+    np.testing.assert_array_equal(recording.truth_m, [[10, 20, 30], [11, 21, 31]])
+    np.testing.assert_allclose(recording.truth_velocity_mps, [[0.5] * 3] * 2)
+    assert report.warnings == ()
+
+
+def test_truth_between_the_rows_of_its_file(read, warning):
     recording, report = read(MARKS, truth=TRUTH)
-    np.testing.assert_array_equal(recording.truth_m, [[10, 20, 30], [np.nan] * 3])
-    assert warning(report, "rows_without_truth").count == 1
-    assert warning(report, "truth_unmatched").count == 1
-    assert "rows 2" in warning(report, "truth_unmatched").detail
+    np.testing.assert_allclose(recording.truth_m, [[10, 20, 30], [10.5, 20.5, 30.5]])
+    assert warning(report, "truth_interpolated").count == 1
+    assert "2 s apart" in warning(report, "truth_interpolated").detail
+
+
+def test_rows_without_truth_and_why(read, warning):
+    times = [0.5, 1, 2, 3, 7.5, 12, 13]
+    marks = "time_s,toa_A_ns,target\n" + "".join(f"{t},5,x\n" for t in times) + "3,6,y\n"
+    truth = "time_s,target,true_east_m,true_north_m,true_up_m\n" + "".join(
+        f"{t},{'z' if t == 9 else 'x'},{t},0,0\n" for t in (1, 2, 3, 9, 11, 12)
+    )
+    recording, report = read(marks, truth=truth)
+    assert np.isfinite(recording.truth_m[:, 0]).sum() == 4
+    found = warning(report, "rows_without_truth")
+    assert found.count == 4
+    assert "1 of a target" in found.detail
+    assert "2 before the first" in found.detail
+    assert "1 in a gap" in found.detail
+    assert "rows 4, 5" in warning(report, "truth_unmatched").detail
+
+
+def test_truth_in_wgs84_is_interpolated_in_the_local_frame(read):
+    origin = {"latitude_deg": 50, "longitude_deg": 30, "height_m": 0}
+    truth = "time_s,true_latitude_deg,true_longitude_deg,true_height_m\n0,50,30,1000\n2,50,30,1100\n4,50,30,1200\n"
+    recording, _ = read(MARKS, truth=truth, site=site("A", "B", "C", origin=origin))
+    np.testing.assert_allclose(recording.truth_m, [[0, 0, 1050], [0, 0, 1100]], atol=1e-6)
+    np.testing.assert_allclose(recording.truth_velocity_mps, [[0, 0, 50]] * 2, atol=1e-6)
+
+
+def test_a_shift_of_the_truth_by_option(read, warning):
+    recording, report = read(MARKS, truth=TRUTH, truth_shift_s=1)
+    np.testing.assert_array_equal(recording.truth_m, [[np.nan] * 3, [10, 20, 30]])
+    assert "+1 s" in warning(report, "truth_shifted").detail
 
 
 def test_truth_file_by_target(read):
@@ -226,7 +263,8 @@ def test_truth_file_with_epoch_times(read):
     marks = "time_s,toa_A_ns\n1620205606.25,5\n1620205607.5,6\n"
     truth = "t,true_east_m,true_north_m,true_up_m\n1620205600,0,0,0\n1620205607.5,1,2,3\n"
     recording, _ = read(marks, truth=truth, truth_mapping={"time_s": {"column": "t", "unit": "epoch"}})
-    np.testing.assert_array_equal(recording.truth_m, [[np.nan] * 3, [1, 2, 3]])
+    np.testing.assert_allclose(recording.truth_m[1], [1, 2, 3])
+    np.testing.assert_allclose(recording.truth_m[0], np.array([1, 2, 3]) * 6.25 / 7.5)
     with pytest.raises(InputError) as e:
         read(MARKS, truth=truth, truth_mapping={"time_s": "t"})
     assert (e.value.code, e.value.pointer) == ("mixed_time_bases", "/truth")
