@@ -132,6 +132,7 @@ def _bare(**options: Any) -> FastAPI:
     api = APIRouter(prefix="/api/v1")
     for module in (algorithms, recordings, runs, tables, charts, events, service):
         api.include_router(module.router)
+    api.include_router(runs.tags_router)
     app.include_router(api)
     app.include_router(service.health)
     app.include_router(documentation.router)

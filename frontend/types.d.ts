@@ -194,6 +194,8 @@ export interface Run {
   notes?: Record<string, { code: string; detail: string; count: number }[]> | null;
   seconds?: Record<string, number> | null;
   queue_position?: number | null;
+  /** Disk that the result takes. */
+  size_bytes?: number | null;
 }
 
 export interface ChartItem {

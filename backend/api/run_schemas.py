@@ -161,9 +161,11 @@ class RunOut(_Out):
     """By label: time of the computation."""
     software: dict[str, Any] | None
     result_sha256: str | None
+    size_bytes: int | None
+    """Disk that the result file takes; null where there is none."""
 
     @classmethod
-    def of(cls, run: stored.Run, *, at: dt.datetime, queue_position: int | None = None) -> Self:
+    def of(cls, run: stored.Run, *, at: dt.datetime, size_bytes: int | None, queue_position: int | None = None) -> Self:
         """Show a stored run."""
         entries = run.entries
         return cls(
@@ -187,6 +189,7 @@ class RunOut(_Out):
             seconds=None if entries is None else {e["label"]: e["seconds"] for e in entries},
             software=None if run.software is None else dict(run.software),
             result_sha256=run.result_sha256,
+            size_bytes=size_bytes,
         )
 
 
@@ -195,6 +198,20 @@ class RunPage(_Out):
 
     items: list[RunOut]
     next_cursor: str | None
+
+
+class TagItem(_Out):
+    """A tag that runs carry."""
+
+    tag: str
+    runs: int
+    """How many runs carry it."""
+
+
+class TagList(_Out):
+    """All tags, in the order of the alphabet."""
+
+    items: list[TagItem]
 
 
 class RunQuery(PageQuery):
@@ -209,7 +226,7 @@ class RunQuery(PageQuery):
     recording: Id | None = None
     """Only runs on this recording."""
     text: Annotated[str, Field(max_length=200)] = ""
-    """Part of a label, an algorithm's name or a tag."""
+    """Words; each must be part of a label, of the name of an algorithm or of the recording, or of a tag."""
     created_after: AwareDatetime | None = None
     created_before: AwareDatetime | None = None
     order: Literal["-created_at", "created_at"] = "-created_at"

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from backend.api.responses import content, problems
 from backend.api.run_request import checked
-from backend.api.run_schemas import RunIn, RunOut, RunPage, RunPatch, RunQuery
+from backend.api.run_schemas import RunIn, RunOut, RunPage, RunPatch, RunQuery, TagItem, TagList
 from backend.api.services import Services, ServicesDep
 from backend.db import events, idempotency
 from backend.db import runs as stored
@@ -19,6 +19,7 @@ from backend.http.pagination import cut
 from backend.jobs.collection import collect
 
 router = APIRouter(prefix="/runs", tags=["runs"])
+tags_router = APIRouter(prefix="/tags", tags=["runs"])
 
 
 @router.post("", name="create_run", status_code=202, responses=problems(409, 413, 415, 507))
@@ -97,7 +98,15 @@ def list_runs(
         )
     rows, cursor = cut(query, rows, request, response)
     at = now()
-    return RunPage(items=[RunOut.of(r, at=at) for r in rows], next_cursor=cursor)
+    items = [RunOut.of(r, at=at, size_bytes=_size(services, r)) for r in rows]
+    return RunPage(items=items, next_cursor=cursor)
+
+
+@tags_router.get("", name="list_tags", responses=problems())
+def list_tags(services: ServicesDep) -> TagList:
+    """List the tags of all runs."""
+    with services.database.read() as connection:
+        return TagList(items=[TagItem(tag=tag, runs=count) for tag, count in stored.list_tags(connection)])
 
 
 @router.get("/{run_id}", name="get_run", response_model=RunOut, responses=problems(404))
@@ -162,4 +171,8 @@ def _shown(services: Services, run_id: str) -> RunOut:
     with services.database.read() as connection:
         run = stored.get_run(connection, run_id)
         position = stored.queue_position(connection, run)
-    return RunOut.of(run, at=now(), queue_position=position)
+    return RunOut.of(run, at=now(), size_bytes=_size(services, run), queue_position=position)
+
+
+def _size(services: Services, run: stored.Run) -> int | None:
+    return None if run.result_sha256 is None else services.store.size(run.result_sha256)

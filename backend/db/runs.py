@@ -80,7 +80,10 @@ class Run:
 
 @dataclass(frozen=True)
 class RunFilter:
-    """What a list of runs is narrowed to; None or empty means any. `text` looks into labels, names, tags."""
+    """What a list of runs is narrowed to; None or empty means any.
+
+    Every word of `text` must stand in a label, a name of an algorithm or of the recording, or a tag.
+    """
 
     state: tuple[RunState, ...] = ()
     algorithm: str | None = None
@@ -127,7 +130,7 @@ def create_run(
             seed=seed,
             trials=trials,
             progress_total=progress_total,
-            search_text=_search_text(label, tags, algorithms),
+            search_text=_search_text(label, tags, algorithms, source),
         )
     )
     for table, rows in (
@@ -173,6 +176,12 @@ def live_runs(connection: Connection) -> list[Run]:
     """Return the queued and running runs, oldest first: the order in which they are worked on."""
     query = select(*_COLUMNS).where(runs.c.state.in_(LIVE)).order_by(runs.c.created_at, runs.c.id)
     return [_run(row) for row in connection.execute(query)]
+
+
+def list_tags(connection: Connection) -> list[tuple[str, int]]:
+    """Return every tag with the number of its runs, in the order of the alphabet."""
+    query = select(run_tags.c.tag, func.count()).group_by(run_tags.c.tag)
+    return sorted(((tag, int(count)) for tag, count in connection.execute(query)), key=lambda t: t[0].casefold())
 
 
 def count_runs(connection: Connection, state: RunState) -> int:
@@ -276,7 +285,7 @@ def rename_run(
     if (label, kept) == (run.label, run.tags):
         return
     statement = update(runs).where(runs.c.id == run_id)
-    search_text = _search_text(label, kept, run.algorithms)
+    search_text = _search_text(label, kept, run.algorithms, run.source)
     connection.execute(statement.values(label=label, tags=list(kept), search_text=search_text))
     connection.execute(delete(run_tags).where(run_tags.c.run_id == run_id))
     if kept:
@@ -307,8 +316,9 @@ def delete_run(connection: Connection, run_id: str) -> frozenset[str]:
 _COLUMNS = [c for c in runs.c if c.name != "search_text"]
 
 
-def _search_text(label: str, tags: Sequence[str], algorithms: Sequence[Entry]) -> str:
-    words = [label, *tags, *(e.label for e in algorithms), *(e.name for e in algorithms)]
+def _search_text(label: str, tags: Sequence[str], algorithms: Sequence[Entry], source: Mapping[str, Any]) -> str:
+    recording = str(source.get("name", ""))
+    words = [label, *tags, *(e.label for e in algorithms), *(e.name for e in algorithms), recording]
     return "\n".join(dict.fromkeys(words)).casefold()
 
 
@@ -323,8 +333,7 @@ def _conditions(only: RunFilter) -> list[ColumnElement[bool]]:
     ):
         if value is not None:
             conditions.append(exists().where(table.c.run_id == runs.c.id, column == value))
-    if only.text:
-        conditions.append(runs.c.search_text.contains(only.text.casefold(), autoescape=True))
+    conditions += [runs.c.search_text.contains(word, autoescape=True) for word in only.text.casefold().split()]
     if only.created_after is not None:
         conditions.append(runs.c.created_at > only.created_after)
     if only.created_before is not None:

@@ -127,7 +127,7 @@ runs = Table(
     Column("entries", _Json),
     Column("software", _Json),
     Column("result_sha256", _Sha256),
-    # Label, entry labels, algorithm names and tags in folded case: SQLite's LIKE folds ASCII only.
+    # Label, entry labels, names of algorithms and recording, tags in folded case: SQLite's LIKE folds ASCII only.
     Column("search_text", Text, nullable=False),
     Index(None, "created_at", "id"),
     Index(None, "state", "created_at", "id"),

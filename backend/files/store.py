@@ -101,6 +101,13 @@ class Store:
         arrays: Mapping[str, NDArray[Any]] = np.load(self._existing(sha256), allow_pickle=False)
         return arrays
 
+    def size(self, sha256: str) -> int | None:
+        """Return the size of a blob in bytes, None where it is missing."""
+        try:
+            return self.path(sha256).stat().st_size
+        except FileNotFoundError:
+            return None
+
     def delete(self, sha256: str) -> None:
         """Delete a blob; one that is already gone is fine."""
         self.path(sha256).unlink(missing_ok=True)

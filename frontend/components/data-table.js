@@ -19,8 +19,6 @@ import { formatCount } from "../js/numbers.js";
  * @property {boolean} [wide] takes the whole width on a phone
  */
 
-const PAGE_ROWS = 50;
-
 export class DataTable extends HTMLElement {
   /** @type {Column<any>[]} */
   columns = [];
@@ -36,6 +34,7 @@ export class DataTable extends HTMLElement {
   link = null;
   /** @type {((row: any) => boolean) | null} */
   isCurrent = null;
+  pageRows = 50;
   page = 0;
   /** @type {{column: number, down: boolean} | null} */
   order = null;
@@ -47,7 +46,7 @@ export class DataTable extends HTMLElement {
   /** @param {any[]} rows */
   setRows(rows) {
     this.rows = rows;
-    this.page = Math.min(this.page, Math.max(0, Math.ceil(rows.length / PAGE_ROWS) - 1));
+    this.page = Math.min(this.page, Math.max(0, Math.ceil(rows.length / this.pageRows) - 1));
     this.draw();
   }
 
@@ -65,8 +64,8 @@ export class DataTable extends HTMLElement {
   draw() {
     if (!this.isConnected) return;
     const rows = this.ordered();
-    const pages = Math.max(1, Math.ceil(rows.length / PAGE_ROWS));
-    const shown = rows.slice(this.page * PAGE_ROWS, (this.page + 1) * PAGE_ROWS);
+    const pages = Math.max(1, Math.ceil(rows.length / this.pageRows));
+    const shown = rows.slice(this.page * this.pageRows, (this.page + 1) * this.pageRows);
     put(this,
       h("div", { class: this.tall ? "table-wrap tall" : "table-wrap", tabindex: 0, role: "region", "aria-label": this.caption },
         h("table", { class: this.fold ? "fold" : null },
@@ -75,7 +74,7 @@ export class DataTable extends HTMLElement {
           h("tbody", null, shown.map((row) => this.row(row))))),
       pages > 1 ? h("div", { class: "table-foot" },
         h("button", { class: "plain", type: "button", disabled: this.page === 0, onclick: () => this.turn(-1) }, t("table.previous")),
-        h("span", null, t("table.page", { from: formatCount(this.page * PAGE_ROWS + 1), to: formatCount(this.page * PAGE_ROWS + shown.length), of: formatCount(rows.length) })),
+        h("span", null, t("table.page", { from: formatCount(this.page * this.pageRows + 1), to: formatCount(this.page * this.pageRows + shown.length), of: formatCount(rows.length) })),
         h("button", { class: "plain", type: "button", disabled: this.page >= pages - 1, onclick: () => this.turn(1) }, t("table.next"))) : null);
   }
 
@@ -134,7 +133,7 @@ export class DataTable extends HTMLElement {
   /** Turn to the page that holds the first row for which `test` is true. @param {(row: any) => boolean} test */
   turnTo(test) {
     const at = this.ordered().findIndex(test);
-    if (at >= 0) this.page = Math.floor(at / PAGE_ROWS);
+    if (at >= 0) this.page = Math.floor(at / this.pageRows);
     this.draw();
     return at >= 0;
   }
@@ -145,7 +144,7 @@ define("data-table", DataTable);
 /**
  * @template R
  * @param {{caption: string, columns: Column<R>[], rows: R[], fold?: boolean, link?: (row: R) => string,
- *   onpick?: (row: R) => void, isCurrent?: (row: R) => boolean}} options
+ *   onpick?: (row: R) => void, isCurrent?: (row: R) => boolean, pageRows?: number}} options
  * @returns {DataTable}
  */
 export function dataTable(options) {

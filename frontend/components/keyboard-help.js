@@ -16,6 +16,7 @@ const KEYS = [
   [["/"], "keys.filter"],
   [["j", "k"], "keys.rows"],
   [["Enter"], "keys.open"],
+  [["e"], "keys.edit"],
   [["←", "→"], "keys.cursor"],
   [["Esc"], "keys.escape"],
   [["?"], "keys.help"],
@@ -59,6 +60,7 @@ class KeyboardHelp extends HTMLElement {
     else if (event.key === "n") go("#/new");
     else if (event.key === "/") /** @type {HTMLElement | null} */ (document.querySelector("main input[type=search]"))?.focus();
     else if (event.key === "j" || event.key === "k") moveRow(event.key === "j" ? 1 : -1);
+    else if (event.key === "e") inRow("[data-edit]")?.click();
     else return;
     event.preventDefault();
   }
@@ -67,8 +69,15 @@ class KeyboardHelp extends HTMLElement {
 /** Move the focus along the rows of the page's first list. @param {number} step */
 function moveRow(step) {
   const rows = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("main [data-row-link]")]);
-  const at = rows.findIndex((row) => row === document.activeElement);
+  const here = document.activeElement?.closest("tr");
+  const at = rows.findIndex((row) => row === document.activeElement || (here !== null && here === row.closest("tr")));
   rows[Math.min(rows.length - 1, Math.max(0, at + step))]?.focus();
+}
+
+/** What a key acts on: in the row that has the focus, else in the head of the page. @param {string} selector */
+function inRow(selector) {
+  const place = document.activeElement?.closest("tr") ?? document.querySelector("main .run-head");
+  return /** @type {HTMLElement | null} */ (place?.querySelector(selector) ?? null);
 }
 
 define("keyboard-help", KeyboardHelp);

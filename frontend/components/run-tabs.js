@@ -6,6 +6,7 @@ import { apiUrl, getText } from "../js/api.js";
 import { t, told } from "../js/i18n.js";
 import { formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { swatch } from "../js/palette.js";
+import { requestOf } from "../js/runs.js";
 import { curlSnippet, pythonSnippet } from "../js/snippets.js";
 import { loadTable } from "../js/tables.js";
 import { dataTable } from "./data-table.js";

@@ -4,6 +4,8 @@
 
 /** @import { ProblemBody, FieldError, Page } from "../types.d.ts" */
 
+/** @typedef {Record<string, string | number | boolean | string[] | null | undefined>} Query */
+
 /** What the server answered when it could not do what was asked, or that it did not answer. */
 export class Problem extends Error {
   /**
@@ -41,12 +43,14 @@ export function isReachable() {
 /**
  * The address of an API resource, relative to the page.
  * @param {string} path without the prefix: `runs/ID`
- * @param {Record<string, string | number | boolean | null | undefined>} [query] empty values are left out
+ * @param {Query} [query] empty values are left out, arrays repeat their name
  */
 export function apiUrl(path, query = {}) {
   const url = new URL(`api/v1/${path}`, document.baseURI);
   for (const [name, value] of Object.entries(query)) {
-    if (value !== null && value !== undefined && value !== "") url.searchParams.set(name, String(value));
+    for (const one of Array.isArray(value) ? value : [value]) {
+      if (one !== null && one !== undefined && one !== "") url.searchParams.append(name, String(one));
+    }
   }
   return url.href;
 }
@@ -83,7 +87,7 @@ async function send(method, url, options = {}) {
 /**
  * @template T
  * @param {string} path
- * @param {{query?: Record<string, string | number | boolean | null | undefined>, signal?: AbortSignal}} [options]
+ * @param {{query?: Query, signal?: AbortSignal}} [options]
  * @returns {Promise<T>}
  */
 export async function get(path, options = {}) {
@@ -93,7 +97,7 @@ export async function get(path, options = {}) {
 
 /**
  * @param {string} path
- * @param {{query?: Record<string, string | number | boolean | null | undefined>, signal?: AbortSignal}} [options]
+ * @param {{query?: Query, signal?: AbortSignal}} [options]
  */
 export async function getText(path, options = {}) {
   const response = await send("GET", apiUrl(path, options.query), options);
@@ -108,6 +112,18 @@ export async function getText(path, options = {}) {
  */
 export async function post(path, body) {
   const response = await send("POST", apiUrl(path), { body });
+  return response.json();
+}
+
+/**
+ * Change some fields of a resource.
+ * @template T
+ * @param {string} path
+ * @param {unknown} body
+ * @returns {Promise<T>}
+ */
+export async function patch(path, body) {
+  const response = await send("PATCH", apiUrl(path), { body });
   return response.json();
 }
 

@@ -20,6 +20,9 @@ const PATHS = {
   expand: "M9 2h5v5M7 14H2V9M14 2L9 7M2 14l5-5",
   table: "M2 3h12v10H2zM2 6.5h12M2 10h12M6 3v10",
   close: "M4 4l8 8M12 4l-8 8",
+  edit: "M3 13l.7-3L11 2.7l2.3 2.3L6 12.3zM9.5 4.2l2.3 2.3",
+  again: "M13 8a5 5 0 1 1-1.6-3.7M13 2v3h-3",
+  delete: "M3 4.5h10M6.5 4V2.5h3V4M4.5 4.5l.5 9h6l.5-9M7 7v4M9 7v4",
 };
 
 /** @param {string} name */

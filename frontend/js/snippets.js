@@ -8,6 +8,7 @@
  * @property {string} recording_id
  * @property {RunEntry[]} algorithms
  * @property {string} [label]
+ * @property {string[]} [tags]
  * @property {number} [seed]
  */
 

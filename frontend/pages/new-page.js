@@ -9,6 +9,7 @@ import { go, rememberQuery, routeTo } from "../js/router.js";
 import { placeErrors } from "../js/schema.js";
 import { setTitle } from "../components/app-frame.js";
 import { takeDropped } from "../components/drop-zone.js";
+import { readTags } from "../components/run-name-form.js";
 import { readCounts, rejectionsTable, siteWords, warningsList } from "../components/recording-report.js";
 import { emptyState, failed, loading, stateBadge } from "../components/states.js";
 import { toast } from "../components/toast-area.js";
@@ -68,6 +69,9 @@ class NewPage extends HTMLElement {
     this.message = h("div", { class: "grow" });
     const label = uniqueId("run");
     this.label = h("input", { id: label, type: "text", maxlength: 200, placeholder: t("compose.run_label_hint"), value: query.get("label") ?? "", oninput: () => this.remember() });
+    const tags = uniqueId("tags");
+    this.tags = h("input", { id: tags, type: "text", placeholder: t("run.tags_hint"), value: query.getAll("tag").join(", "), oninput: () => this.remember() });
+    this.seed = Number(query.get("seed")) || 0;
     this.start = h("button", { class: "primary", type: "button", onclick: () => this.submit() }, t("compose.start"));
     put(this,
       h("h1", { class: "sr-only" }, t("compose.title")),
@@ -79,6 +83,8 @@ class NewPage extends HTMLElement {
         h("section", { "aria-label": t("compose.algorithms") }, this.entries)),
       h("div", { class: "startbar" },
         h("div", { class: "field" }, h("label", { for: label, class: "small muted" }, t("compose.run_label")), this.label),
+        h("div", { class: "field" }, h("label", { for: tags, class: "small muted" }, t("run.tags")), this.tags),
+        this.seed ? h("span", { class: "small muted" }, t("compose.seed", { seed: this.seed })) : null,
         this.message, this.start));
     const wanted = query.getAll("a").flatMap(readEntry);
     const unknown = this.entries.setEntries(wanted);
@@ -155,7 +161,7 @@ class NewPage extends HTMLElement {
 
   remember() {
     const { entries } = /** @type {AlgorithmEntries} */ (this.entries).read();
-    rememberQuery({ a: entries.map((entry) => JSON.stringify(entry)), label: this.label?.value.trim() || null });
+    rememberQuery({ a: entries.map((entry) => JSON.stringify(entry)), label: this.label?.value.trim() || null, tag: readTags(this.tags?.value ?? "") });
     put(/** @type {HTMLElement} */ (this.message));
     this.checkStart();
   }
@@ -173,7 +179,9 @@ class NewPage extends HTMLElement {
     this.checkStart();
     try {
       /** @type {Run} */
-      const run = await post("runs", { algorithms: entries, recording_id: this.recording.id, ...(this.label?.value.trim() ? { label: this.label.value.trim() } : {}) });
+      const run = await post("runs", {
+        algorithms: entries, recording_id: this.recording.id, label: this.label?.value.trim() ?? "", tags: readTags(this.tags?.value ?? ""), ...(this.seed ? { seed: this.seed } : {}),
+      });
       document.dispatchEvent(new Event("filterroom:runs"));
       toast(t("toast.started"));
       go(routeTo(["runs", run.id]));

@@ -8,15 +8,16 @@ import { throttled, watch } from "../js/live.js";
 import { formatDuration, formatNumber } from "../js/numbers.js";
 import { CursorBus } from "../js/cursor.js";
 import { go, rememberQuery, routeTo } from "../js/router.js";
+import { againRoute, durationOf, requestOf, titleOf } from "../js/runs.js";
 import { curlSnippet, pythonSnippet } from "../js/snippets.js";
 import { setTitle } from "../components/app-frame.js";
 import { chartPanel } from "../components/chart-panel.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
-import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTab, requestOf, tracksTab } from "../components/run-tabs.js";
+import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTab, tracksTab } from "../components/run-tabs.js";
+import { editButton, tagLinks } from "../components/run-name-form.js";
 import { runVerdict } from "../components/run-verdict.js";
 import { emptyState, failed, loading, stateBadge } from "../components/states.js";
 import { copyText, toast } from "../components/toast-area.js";
-import { durationOf, titleOf } from "./runs-page.js";
 import "../components/legend-chips.js";
 import "../components/tab-bar.js";
 
@@ -89,15 +90,17 @@ class RunPage extends HTMLElement {
   drawHead(run, active) {
     const base = new URL("./", document.baseURI).href;
     const share = run.progress.total ? run.progress.done / run.progress.total : 0;
-    const again = routeTo(["new"], { recording: run.source.recording_id, a: requestOf(run).algorithms.map((entry) => JSON.stringify(entry)), label: run.label });
     const recording = run.source.recording_id;
     const details = [
       run.seed === null ? "" : t("run.seed", { seed: run.seed }),
       durationOf(run) === null ? "" : formatDuration(durationOf(run)),
       formatInstant(run.created_at),
     ].filter(Boolean).join(" · ");
+    // A name that is being edited is not taken away; saving draws it anew.
+    if (this.head?.querySelector("form")) return;
+    const name = h("div", { class: "run-name" }, h("h1", null, titleOf(run)), tagLinks(run));
     put(/** @type {HTMLElement} */ (this.head),
-      h("h1", null, titleOf(run)), stateBadge(run.state),
+      name, editButton(run, titleOf(run), () => name, () => this.load()), stateBadge(run.state),
       h("span", { class: "muted small" }, details),
       recording && run.label ? h("a", { class: "small break", href: routeTo(["recordings", recording]) }, run.source.name ?? t("recordings.one")) : recording ? h("a", { class: "small", href: routeTo(["recordings", recording]) }, t("recordings.one")) : null,
       active ? h("span", { class: "row" },
@@ -105,7 +108,7 @@ class RunPage extends HTMLElement {
         h("span", { class: "small muted", role: "status" }, progressText(run, share))) : null,
       h("div", { class: "actions" },
         active ? h("button", { type: "button", onclick: () => this.cancel() }, t("run.cancel")) : null,
-        h("a", { class: "button", href: again }, t("run.again")),
+        h("a", { class: "button", href: againRoute(run) }, t("run.again")),
         h("button", { type: "button", class: "plain", onclick: () => copyText(curlSnippet(base, requestOf(run))) }, t("run.copy_curl")),
         h("button", { type: "button", class: "plain", onclick: () => copyText(pythonSnippet(base, requestOf(run))) }, t("run.copy_python")),
         active ? null : h("button", { type: "button", class: "plain", onclick: () => this.delete(run) }, t("action.delete"))));

@@ -1,24 +1,35 @@
 // @ts-check
-// Home: the runs, newest first, and the ways to a new one.
+// Home: the runs, newest first, narrowed down by the server, and the ways to a new one.
 
 import { define, h, put } from "../js/dom.js";
-import { get, remove } from "../js/api.js";
+import { get, listAll, remove } from "../js/api.js";
 import { formatInstant, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
-import { formatDuration, formatQuantity } from "../js/numbers.js";
+import { formatBytes, formatDuration, formatQuantity } from "../js/numbers.js";
+import { icon } from "../js/icons.js";
 import { rememberQuery, routeTo } from "../js/router.js";
+import { againRoute, durationOf, titleOf } from "../js/runs.js";
 import { keyMetric } from "../js/verdict.js";
 import { setTitle } from "../components/app-frame.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
 import { dataTable } from "../components/data-table.js";
 import { composeWith } from "../components/drop-zone.js";
+import { editButton, tagLinks } from "../components/run-name-form.js";
 import { emptyState, failed, loading, stateBadge } from "../components/states.js";
 import { toast } from "../components/toast-area.js";
 
-/** @import { Page, Run } from "../types.d.ts" */
+/** @import { Algorithm, Page, Recording, Run } from "../types.d.ts" */
+/** @import { Key } from "../js/i18n.js" */
 /** @import { Route } from "../js/router.js" */
 
 const STATES = ["queued", "running", "succeeded", "failed", "cancelled"];
+const FILTERS = ["text", "state", "algorithm", "recording", "tag"];
+const PAGE_RUNS = 50;
+// The server gives at most so many at once.
+const MOST_RUNS = 500;
+const TYPING_MS = 200;
+// What has the focus keeps it when the rows are drawn anew.
+const KEEP_FOCUS = ["data-row-link", "data-edit", "data-pick"];
 
 class RunsPage extends HTMLElement {
   /** @type {Route} */
@@ -29,37 +40,31 @@ class RunsPage extends HTMLElement {
   cursor = null;
   /** @type {(() => void) | null} */
   unwatch = null;
+  /** Number of the last question to the server; answers to earlier ones come too late. */
+  asked = 0;
+  /** @type {Record<string, HTMLInputElement | HTMLSelectElement>} */
+  filters = {};
 
   connectedCallback() {
     setTitle(t("runs.title"));
     this.stop = new AbortController();
-    const filter = h("input", {
-      type: "search", placeholder: t("runs.filter"), "aria-label": t("runs.filter"), value: this.route.query.get("filter") ?? "",
-      oninput: () => {
-        rememberQuery({ filter: filter.value });
-        this.show();
-      },
-    });
-    const state = h("select", {
-      "aria-label": t("runs.state"), value: this.route.query.get("state") ?? "",
-      onchange: () => {
-        rememberQuery({ state: state.value });
-        this.load();
-      },
-    }, h("option", { value: "" }, t("runs.any_state")), STATES.map((name) => h("option", { value: name }, told(`state.${name}`, name))));
-    this.filter = filter;
-    this.stateFilter = state;
+    const { signal } = this.stop;
     this.body = h("div", { class: "card" }, loading());
     this.foot = h("div", { class: "row", style: "margin-top: 8px" });
     const picker = h("input", { type: "file", multiple: true, class: "sr-only", tabindex: -1, "aria-hidden": "true", onchange: () => composeWith([...(picker.files ?? [])]) });
     put(this,
-      h("div", { class: "page-head" }, h("h1", { class: "sr-only" }, t("runs.title")), filter, state,
+      h("h1", { class: "sr-only" }, t("runs.title")),
+      h("div", { class: "page-head", role: "search", "aria-label": t("runs.filter") }, this.filterFields(),
         h("div", { class: "actions" }, h("a", { class: "button primary", href: "#/new" }, t("runs.new")))),
       h("div", { class: "dropline" }, h("span", null, t("runs.drop")),
         h("button", { type: "button", class: "link", onclick: () => picker.click() }, t("runs.choose_files")), picker),
       this.body, this.foot);
     this.look = throttled(() => this.load());
+    document.addEventListener("visibilitychange", () => {
+      if (document.visibilityState === "visible") this.look?.();
+    }, { signal });
     this.load();
+    this.loadChoices();
   }
 
   disconnectedCallback() {
@@ -67,31 +72,100 @@ class RunsPage extends HTMLElement {
     this.unwatch?.();
   }
 
+  /** @param {URLSearchParams} query */
+  queryChanged(query) {
+    for (const name of FILTERS) setField(this.filters[name], query.get(name) ?? "");
+    this.filtered();
+  }
+
+  filterFields() {
+    const { query } = this.route;
+    const text = h("input", { type: "search", placeholder: t("runs.filter_hint"), "aria-label": t("runs.filter"), value: query.get("text") ?? "", oninput: () => {
+      window.clearTimeout(this.typing);
+      this.typing = window.setTimeout(() => this.choose(), TYPING_MS);
+    } });
+    const select = (/** @type {string} */ name, /** @type {Key} */ any, /** @type {(readonly [string, string])[]} */ options) => {
+      const field = h("select", { "aria-label": t(`runs.${/** @type {"state"} */ (name)}`), onchange: () => this.choose() }, h("option", { value: "" }, t(any)), optionsOf(options));
+      setField(field, query.get(name) ?? "");
+      return field;
+    };
+    this.filters = {
+      text,
+      state: select("state", "runs.any_state", STATES.map((name) => [name, told(`state.${name}`, name)])),
+      algorithm: select("algorithm", "runs.any_algorithm", []),
+      recording: select("recording", "runs.any_recording", []),
+      tag: select("tag", "runs.any_tag", []),
+    };
+    this.clear = h("button", { type: "button", class: "link", hidden: true, onclick: () => {
+      for (const field of Object.values(this.filters)) field.value = "";
+      this.choose();
+      text.focus();
+    } }, t("runs.clear_filters"));
+    return [...Object.values(this.filters), this.clear];
+  }
+
+  /** What can be chosen in the filters; where that cannot be had, the chosen values stay. */
+  async loadChoices() {
+    const signal = this.stop?.signal;
+    const [algorithms, recordings, tags] = await Promise.all([
+      /** @type {Promise<{items: Algorithm[]}>} */ (get("algorithms", { signal })),
+      /** @type {Promise<Recording[]>} */ (listAll("recordings", { signal })),
+      /** @type {Promise<{items: {tag: string, runs: number}[]}>} */ (get("tags", { signal })),
+    ]).catch(() => [null, null, null]);
+    if (!algorithms || !recordings || !tags) return;
+    fillSelect(this.filters.algorithm, algorithms.items.map((one) => [one.name, one.name]));
+    fillSelect(this.filters.recording, recordings.map((one) => [one.id, one.name]));
+    fillSelect(this.filters.tag, tags.items.map((one) => [one.tag, `${one.tag} (${one.runs})`]));
+  }
+
+  /** The filters as the API takes them. */
+  chosen() {
+    return Object.fromEntries(FILTERS.map((name) => [name, this.filters[name]?.value.trim() ?? ""]));
+  }
+
+  choose() {
+    rememberQuery(this.chosen());
+    this.filtered();
+  }
+
+  filtered() {
+    this.runs = [];
+    this.load();
+  }
+
+  /** Ask for what is shown again: as many runs as there are, and what came since. */
   async load() {
+    this.asked += 1;
+    const { asked } = this;
+    const chosen = this.chosen();
+    if (this.clear) this.clear.hidden = !Object.values(chosen).some(Boolean);
     try {
+      const limit = Math.min(MOST_RUNS, Math.max(PAGE_RUNS, this.runs.length));
       /** @type {Page<Run>} */
-      const page = await get("runs", { query: { limit: 50, state: this.stateFilter?.value }, signal: this.stop?.signal });
-      const seen = new Set(page.items.map((run) => run.id));
-      // What "older" had fetched stays, unless the filter changed what belongs here.
-      const older = this.loadedFor === this.stateFilter?.value ? this.runs.filter((run) => !seen.has(run.id) && this.olderIds?.has(run.id)) : [];
+      const page = await get("runs", { query: { ...chosen, limit }, signal: this.stop?.signal });
+      if (asked !== this.asked) return;
+      const last = page.items.at(-1);
+      const older = page.next_cursor && last ? this.runs.filter((run) => run.created_at < last.created_at) : [];
       if (!older.length) this.cursor = page.next_cursor;
-      this.loadedFor = this.stateFilter?.value;
       this.runs = [...page.items, ...older];
       this.show();
       this.followLive();
     } catch (error) {
-      if (this.stop?.signal.aborted) return;
+      if (this.stop?.signal.aborted || asked !== this.asked) return;
       if (!this.runs.length) put(/** @type {HTMLElement} */ (this.body), failed(error, { retry: () => this.load() }));
     }
   }
 
   async loadOlder() {
-    /** @type {Page<Run>} */
-    const page = await get("runs", { query: { limit: 50, cursor: this.cursor, state: this.stateFilter?.value }, signal: this.stop?.signal });
-    this.cursor = page.next_cursor;
-    this.olderIds = new Set([...(this.olderIds ?? []), ...page.items.map((run) => run.id)]);
-    this.runs = [...this.runs, ...page.items];
-    this.show();
+    try {
+      /** @type {Page<Run>} */
+      const page = await get("runs", { query: { ...this.chosen(), limit: PAGE_RUNS, cursor: this.cursor }, signal: this.stop?.signal });
+      this.cursor = page.next_cursor;
+      this.runs = [...this.runs, ...page.items];
+      this.show();
+    } catch (error) {
+      if (!this.stop?.signal.aborted) toast(error instanceof Error ? error.message : String(error));
+    }
   }
 
   /** Listen to news only while something is going on. */
@@ -105,64 +179,113 @@ class RunsPage extends HTMLElement {
   }
 
   show() {
-    const words = (this.filter?.value ?? "").toLowerCase().split(/\s+/).filter(Boolean);
-    const rows = this.runs.filter((run) => {
-      const text = [titleOf(run), run.source.name, run.state, ...run.tags, ...run.algorithms.flatMap((entry) => [entry.name, entry.label])].join(" ").toLowerCase();
-      return words.every((word) => text.includes(word));
-    });
     const body = /** @type {HTMLElement} */ (this.body);
+    // A row that is being edited is not taken away; saving draws it anew.
+    if (body.querySelector("form")) return;
+    const filtered = Object.values(this.chosen()).some(Boolean);
     if (!this.runs.length) {
-      put(body, emptyState(t(this.stateFilter?.value ? "runs.none_in_state" : "runs.none"), h("a", { class: "button", href: "#/new" }, t("runs.new"))));
-    } else if (!rows.length) put(body, emptyState(t("runs.none_match")));
-    else if (this.table?.isConnected) this.table.setRows(rows);
+      put(body, filtered ? emptyState(t("runs.none_match")) : emptyState(t("runs.none"), h("a", { class: "button", href: "#/new" }, t("runs.new"))));
+    } else if (this.table?.isConnected) keepFocus(body, () => this.table?.setRows(this.runs));
     else {
-      this.table = dataTable({ caption: t("runs.title"), rows, fold: true, link: (/** @type {Run} */ run) => routeTo(["runs", run.id]), columns: this.columns() });
+      this.table = dataTable({
+        caption: t("runs.title"), rows: this.runs, fold: true, pageRows: Number.MAX_SAFE_INTEGER, link: (/** @type {Run} */ run) => routeTo(["runs", run.id]), columns: this.columns(),
+      });
       put(body, this.table);
     }
-    put(/** @type {HTMLElement} */ (this.foot),
-      this.cursor ? h("button", { type: "button", onclick: () => this.loadOlder() }, t("runs.older")) : null,
-      words.length && this.cursor ? h("span", { class: "muted small" }, t("runs.filter_loaded", { n: this.runs.length })) : null);
+    put(/** @type {HTMLElement} */ (this.foot), this.cursor ? h("button", { type: "button", onclick: () => this.loadOlder() }, t("runs.older")) : null);
   }
 
   /** @returns {import("../components/data-table.js").Column<Run>[]} */
   columns() {
     return [
       { title: t("runs.column_state"), cell: (run) => stateCell(run), sort: (run) => run.state },
-      { title: t("runs.column_run"), head: true, cell: (run) => h("a", { href: routeTo(["runs", run.id]), class: "break", data: { rowLink: "" } }, titleOf(run)), sort: titleOf },
+      { title: t("runs.column_run"), head: true, cell: (run) => this.nameCell(run), sort: titleOf },
       { title: t("runs.column_algorithms"), wide: true, cell: (run) => h("span", { class: "break" }, run.algorithms.map((entry) => entry.label ?? entry.name).join(", ")) },
       { title: t("runs.column_metric"), number: true, cell: (run) => metricCell(run), sort: (run) => keyMetric(run.summary)?.best.value ?? null },
       { title: t("runs.column_duration"), number: true, cell: (run) => formatDuration(durationOf(run)), sort: durationOf },
+      { title: t("runs.column_size"), number: true, cell: (run) => formatBytes(run.size_bytes), sort: (run) => run.size_bytes ?? null },
       { title: t("runs.column_created"), cell: (run) => h("span", { class: "nowrap muted" }, formatInstant(run.created_at)), sort: (run) => run.created_at },
-      { title: t("table.actions"), quiet: true, cell: (run) => this.deleteButton(run) },
+      { title: t("table.actions"), quiet: true, cell: (run) => this.actions(run) },
     ];
   }
 
   /** @param {Run} run */
-  deleteButton(run) {
-    if (run.state === "queued" || run.state === "running") return null;
-    return h("button", { type: "button", class: "plain small", "aria-label": `${t("action.delete")}: ${titleOf(run)}`, onclick: async () => {
-      if (!(await confirmDeletion(t("runs.delete_question", { name: titleOf(run) }), t("runs.delete_detail")))) return;
-      try {
-        await remove(`runs/${run.id}`);
-        this.runs = this.runs.filter((one) => one.id !== run.id);
+  nameCell(run) {
+    const recording = run.label && run.source.name !== run.label ? run.source.name : null;
+    return h("div", { class: "run-name", data: { run: run.id } },
+      h("a", { href: routeTo(["runs", run.id]), class: "break", data: { rowLink: "" } }, titleOf(run)),
+      recording ? h("span", { class: "small muted break" }, recording) : null, tagLinks(run));
+  }
+
+  /** @param {Run} run */
+  actions(run) {
+    const name = titleOf(run);
+    const active = run.state === "queued" || run.state === "running";
+    return h("div", { class: "row-actions" },
+      editButton(run, name, () => /** @type {HTMLElement} */ (this.querySelector(`[data-run="${run.id}"]`)), (changed) => {
+        this.runs = this.runs.map((one) => (one.id === changed.id ? changed : one));
         this.show();
-        toast(t("toast.deleted"));
-      } catch (error) {
-        toast(error instanceof Error ? error.message : String(error));
-      }
-    } }, t("action.delete"));
+        this.loadChoices();
+      }),
+      h("a", { class: "button plain", href: againRoute(run), title: t("run.again"), "aria-label": `${t("run.again")}: ${name}` }, icon("again")),
+      active ? null : h("button", { type: "button", class: "plain", title: t("action.delete"), "aria-label": `${t("action.delete")}: ${name}`, onclick: () => this.delete(run) }, icon("delete")));
+  }
+
+  /** @param {Run} run */
+  async delete(run) {
+    if (!(await confirmDeletion(t("runs.delete_question", { name: titleOf(run) }), t("runs.delete_detail")))) return;
+    try {
+      await remove(`runs/${run.id}`);
+      this.runs = this.runs.filter((one) => one.id !== run.id);
+      this.show();
+      toast(t("toast.deleted"));
+    } catch (error) {
+      toast(error instanceof Error ? error.message : String(error));
+    }
   }
 }
 
-/** The words for a run: its label, else what it reprocessed. @param {Run} run */
-export function titleOf(run) {
-  return run.label || run.source.name || t("run.untitled", { id: run.id.slice(0, 8) });
+/** @param {(readonly [string, string])[]} options */
+function optionsOf(options) {
+  return options.map(([value, text]) => h("option", { value }, text));
 }
 
-/** @param {Run} run @returns {number | null} */
-export function durationOf(run) {
-  if (!run.started_at || !run.finished_at) return null;
-  return (Date.parse(run.finished_at) - Date.parse(run.started_at)) / 1000;
+/**
+ * Set a filter; what a select does not offer (yet) is added, so that an address keeps its meaning.
+ * @param {HTMLInputElement | HTMLSelectElement | undefined} field
+ * @param {string} value
+ */
+function setField(field, value) {
+  if (!field) return;
+  if (field instanceof HTMLSelectElement && ![...field.options].some((option) => option.value === value)) field.append(h("option", { value }, value));
+  field.value = value;
+}
+
+/**
+ * @param {HTMLInputElement | HTMLSelectElement | undefined} field
+ * @param {(readonly [string, string])[]} options
+ */
+function fillSelect(field, options) {
+  if (!field) return;
+  const { value } = field;
+  const any = field.querySelector("option");
+  put(field, any, optionsOf(options));
+  setField(field, value);
+}
+
+/**
+ * Draw rows anew and give the focus back to what had it.
+ * @param {HTMLElement} body
+ * @param {() => void} draw
+ */
+function keepFocus(body, draw) {
+  const active = document.activeElement;
+  const id = active && body.contains(active) ? active.closest("tr")?.querySelector("[data-run]")?.getAttribute("data-run") : null;
+  const key = KEEP_FOCUS.find((name) => active?.hasAttribute(name));
+  draw();
+  if (!id || !key) return;
+  const row = body.querySelector(`[data-run="${id}"]`)?.closest("tr");
+  /** @type {HTMLElement | null | undefined} */ (row?.querySelector(`[${key}]`))?.focus({ preventScroll: true });
 }
 
 /** @param {Run} run */

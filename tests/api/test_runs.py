@@ -156,6 +156,8 @@ def test_list_is_filtered(api: httpx2.Client, run: dict[str, Any], recording: di
     assert run["id"] in ids(algorithm="rdfv", recording=recording["id"], limit=500)
     assert run["id"] not in ids(algorithm="single_mark", limit=500)
     assert run["id"] in ids(text="RDFV 50", limit=500)
+    assert ids(text="kept SAMPLE finished") == [run["id"]], "words of tag, recording and label"
+    assert ids(text="kept nowhere") == []
     assert run["id"] in ids(state=["failed", "succeeded"], limit=500)
     assert run["id"] not in ids(state="failed", limit=500)
     assert run["id"] not in ids(created_after=run["created_at"], limit=500)
@@ -190,6 +192,16 @@ def test_run_is_renamed_and_its_tag_changes(api: httpx2.Client, run: dict[str, A
     problem(api.patch(url, json={"state": "failed"}), 422, "validation", "/state")
     problem(api.patch("/api/v1/runs/none", json={"label": ""}), 404, "run_not_found")
     assert api.patch(url, json={"label": run["label"]}).json()["label"] == run["label"]
+
+
+def test_disk_used_by_a_run_is_the_size_of_its_result(api: httpx2.Client, run: dict[str, Any]) -> None:
+    size = len(api.get(f"/api/v1/runs/{run['id']}/result.npz").content)
+    assert api.get(f"/api/v1/runs/{run['id']}").json()["size_bytes"] == size > 10_000
+    assert api.get("/api/v1/runs?tag=kept").json()["items"][0]["size_bytes"] == size
+
+
+def test_tags_are_listed(api: httpx2.Client, run: dict[str, Any]) -> None:
+    assert {"tag": "kept", "runs": 1} in api.get("/api/v1/tags").json()["items"]
 
 
 def test_log_is_text(api: httpx2.Client, run: dict[str, Any]) -> None:

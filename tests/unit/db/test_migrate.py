@@ -8,7 +8,7 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 
-from backend.db import migrate, recordings
+from backend.db import migrate, recordings, runs
 from backend.db.engine import Database
 from backend.db.tables import metadata
 from backend.errors import StateError
@@ -25,7 +25,7 @@ def test_upgrade_from_empty_leaves_nothing_to_migrate(database: Database) -> Non
 
 
 def test_down_and_up_again(database: Database) -> None:
-    migrate.downgrade(database)
+    migrate.downgrade(database, "base")
     with database.read() as connection:
         tables = connection.exec_driver_sql("SELECT name FROM sqlite_master WHERE type = 'table'").scalars()
         assert set(tables) <= {"alembic_version", "sqlite_sequence"}
@@ -37,6 +37,19 @@ def test_upgrading_twice_keeps_the_rows(database: Database, recording: recording
     migrate.upgrade(database)
     with database.read() as connection:
         assert recordings.get_recording(connection, recording.id) == recording
+
+
+def test_runs_of_an_older_database_are_found_by_the_name_of_their_recording(database: Database) -> None:
+    with database.write() as connection:
+        run = runs.create_run(
+            connection, algorithms=[runs.Entry("rdf", "rdf", {})], source={"name": "Облёт.csv"}, label="first"
+        )
+        connection.exec_driver_sql("UPDATE runs SET search_text = 'first\nrdf'")
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0001'")
+    migrate.upgrade(database)
+    with database.read() as connection:
+        for text in ("облёт", "first", "rdf"):
+            assert [r.id for r in runs.list_runs(connection, runs.RunFilter(text=text))] == [run.id]
 
 
 def test_a_newer_database_is_refused_with_a_remedy(database: Database) -> None:

@@ -98,9 +98,29 @@ def test_filters(database: Database, recording: recordings.Recording) -> None:
         assert found(text="оБЛЁТ 50%") == [one.id]
         assert found(text="%") == [one.id]
         assert found(text="SINGLE") == [two.id]
+        assert found(text="circuit mark") == [two.id], "words of different fields"
+        assert found(text="circuit rdf") == []
         assert found(created_after=one.created_at) == [two.id]
         assert found(created_before=two.created_at) == [one.id]
         assert runs.recording_ids_of(connection, two.id) == [recording.id]
+
+
+def test_text_finds_the_name_of_the_recording_also_after_a_new_label(database: Database) -> None:
+    with database.write() as connection:
+        run = runs.create_run(
+            connection, algorithms=[runs.Entry("rdf", "rdf", {})], source={"name": "Ночной облёт.csv"}, label="first"
+        )
+        for label in ("first", "second"):
+            runs.rename_run(connection, run.id, label=label)
+            found = runs.list_runs(connection, runs.RunFilter(text=f"НОЧНОЙ {label}"))
+            assert [r.id for r in found] == [run.id]
+
+
+def test_tags_are_counted(database: Database) -> None:
+    add(database, tags=["night", "Alps"])
+    add(database, tags=["night"])
+    with database.read() as connection:
+        assert runs.list_tags(connection) == [("Alps", 1), ("night", 2)]
 
 
 def test_a_recording_that_is_gone_takes_no_run(database: Database) -> None:

@@ -93,3 +93,8 @@ def test_clear_temporary(store: Store) -> None:
     assert list(store.temporary().parent.iterdir()) == []
     with pytest.raises(NotFoundError):
         store.put_file(store.temporary())
+
+
+def test_size_of_a_blob(store: Store) -> None:
+    assert store.size(store.put_bytes(b"plots")) == 5
+    assert store.size("0" * 64) is None

@@ -1,0 +1,145 @@
+"""The list of runs: filters of the server, label and tags edited in place, running again, comparing."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+import urllib.request
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.browser.conftest import Server, Visit
+
+pytestmark = pytest.mark.browser
+
+
+def ask(server: Server, method: str, path: str, body: Any = None) -> Any:
+    """Ask the API as a script does."""
+    request = urllib.request.Request(
+        f"{server.url}/api/v1/{path}",
+        data=None if body is None else json.dumps(body).encode(),
+        headers={"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"},
+        method=method,
+    )
+    with urllib.request.urlopen(request, timeout=30) as answer:
+        text = answer.read()
+    return json.loads(text) if text else None
+
+
+def finished_run(server: Server, **body: Any) -> dict[str, Any]:
+    """Run something on the sample's recording and wait for it."""
+    deadline = time.monotonic() + 60
+    while not (recordings := ask(server, "GET", "recordings?text=sample_marks")["items"]):
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    run: dict[str, Any] = ask(server, "POST", "runs", {"recording_id": recordings[-1]["id"], **body})
+    while run["state"] in ("queued", "running"):
+        assert time.monotonic() < deadline, run
+        time.sleep(0.05)
+        run = ask(server, "GET", f"runs/{run['id']}")
+    assert run["state"] == "succeeded", run["error"]
+    return run
+
+
+@pytest.fixture(scope="module")
+def pair(server: Server) -> list[dict[str, Any]]:
+    """Two runs that differ in one parameter, and a third of another algorithm."""
+    coarse = {"name": "rdfv", "label": "rdfv", "parameters": {"sigma_altitude_m": 300}}
+    return [
+        finished_run(server, label="fine", tags=["pair", "night"], algorithms=[{"name": "rdf"}, {"name": "rdfv"}]),
+        finished_run(server, label="coarse", tags=["pair"], seed=7, algorithms=[{"name": "rdf"}, coarse]),
+        finished_run(server, label="alone", algorithms=[{"name": "single_mark"}]),
+    ]
+
+
+def rows(page: Page) -> Any:
+    return page.locator("main tbody tr")
+
+
+def test_the_server_filters_the_list(visit: Callable[..., Visit], pair: list[dict[str, Any]]) -> None:
+    visited = visit()
+    page = visited.open("#/runs")
+    page.get_by_label("Tag", exact=True).select_option("pair")
+    expect(rows(page)).to_have_count(2)
+    page.get_by_label("Filter runs").last.fill("NIGHT sample_marks")
+    expect(rows(page)).to_have_count(1)
+    expect(rows(page)).to_contain_text("fine")
+    page.reload()
+    expect(rows(page)).to_have_count(1)
+    expect(page.get_by_label("Tag", exact=True)).to_have_value("pair")
+    page.get_by_role("button", name="Clear filters").click()
+    page.get_by_label("Algorithm", exact=True).select_option("single_mark")
+    expect(rows(page).filter(has_text="alone")).to_have_count(1)
+    expect(rows(page).filter(has_text="coarse")).to_have_count(0)
+    page.get_by_label("State", exact=True).select_option("failed")
+    expect(page.get_by_text("No run matches the filter")).to_be_visible()
+    page.get_by_role("button", name="Clear filters").click()
+    recording = page.get_by_label("Recording", exact=True)
+    recording.select_option(label="sample_marks.csv")
+    expect(rows(page).filter(has_text="coarse")).to_contain_text("MB")
+    rows(page).filter(has_text="coarse").get_by_role("link", name="pair").click()
+    expect(rows(page)).to_have_count(2)
+    expect(page).to_have_url(re.compile(r"#/runs\?tag=pair$"))
+    visited.assert_clean()
+
+
+def test_label_and_tags_are_edited_in_place(visit: Callable[..., Visit], server: Server) -> None:
+    finished_run(server, label="draft", tags=["edited"], algorithms=[{"name": "single_mark"}])
+    visited = visit()
+    page = visited.open("#/runs?tag=edited")
+    link = page.get_by_role("link", name="draft", exact=True)
+    link.wait_for()
+    page.keyboard.press("j")
+    page.keyboard.press("e")
+    page.keyboard.type("never")
+    page.keyboard.press("Escape")
+    expect(link).to_be_visible()
+    page.keyboard.press("e")
+    page.get_by_label("Label of the run").fill("final <b>")
+    page.get_by_label("Tags", exact=True).fill("edited, ночь,, edited")
+    page.keyboard.press("Enter")
+    expect(rows(page)).to_contain_text("final <b>")
+    expect(rows(page).locator(".tag")).to_have_text(["edited", "ночь"])
+    page.get_by_role("link", name="final <b>").first.click()
+    expect(page.locator(".run-head h1")).to_have_text("final <b>")
+    page.locator(".run-head [data-edit]").click()
+    page.get_by_label("Tags", exact=True).fill(", ".join(f"tag {i}" for i in range(21)))
+    page.get_by_role("button", name="Save").click()
+    expect(page.locator(".run-head [role=alert]")).to_contain_text("/tags")
+    page.get_by_label("Tags", exact=True).fill("edited")
+    page.get_by_role("button", name="Save").click()
+    expect(page.locator(".run-head .tag")).to_have_text(["edited"])
+
+
+def test_a_run_is_run_again_with_everything_filled_in(
+    visit: Callable[..., Visit], pair: list[dict[str, Any]], server: Server
+) -> None:
+    page = visit().open("#/runs?tag=pair")
+    page.get_by_role("link", name="Run again with changes: coarse").click()
+    expect(page.get_by_label("Label of the run")).to_have_value("coarse")
+    expect(page.get_by_label("Tags", exact=True)).to_have_value("pair")
+    page.get_by_label("Label of the run").fill("again")
+    page.get_by_label("Tags", exact=True).fill("second")
+    page.get_by_role("button", name="Start", exact=True).click()
+    expect(page).to_have_url(re.compile("#/runs/[0-9a-f]+"))
+    expect(page.locator(".run-head .state")).to_have_text("succeeded")
+    run = ask(server, "GET", "runs?tag=second")["items"][0]
+    assert (run["label"], run["seed"]) == ("again", 7)
+    assert run["algorithms"] == pair[1]["algorithms"]
+
+
+def test_older_runs_are_fetched_on_request(visit: Callable[..., Visit], server: Server) -> None:
+    visited = visit()
+    page = visited.page
+    # One run to a page: what is tested is the way of the cursor, not the size of the page.
+    page.route("**/api/v1/runs?*", lambda route: route.continue_(url=route.request.url.replace("limit=50", "limit=1")))
+    total = len(ask(server, "GET", "runs?limit=500")["items"])
+    visited.open("#/runs")
+    expect(rows(page)).to_have_count(1)
+    for count in range(2, min(total, 4) + 1):
+        page.get_by_role("button", name="Older runs").click()
+        expect(rows(page)).to_have_count(count)
