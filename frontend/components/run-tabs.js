@@ -258,18 +258,6 @@ export function logTab(run) {
 }
 
 /**
- * What would start this run again.
- * @param {Run} run
- */
-export function requestOf(run) {
-  return { recording_id: run.source.recording_id ?? "", algorithms: run.algorithms.map((entry) => ({
-    name: entry.name,
-    ...(entry.label && entry.label !== entry.name ? { label: entry.label } : {}),
-    ...(entry.parameters && Object.keys(entry.parameters).length ? { parameters: entry.parameters } : {}),
-  })), ...(run.label ? { label: run.label } : {}), ...(run.tags.length ? { tags: run.tags } : {}), ...(run.seed ? { seed: run.seed } : {}) };
-}
-
-/**
  * @param {Run} run
  * @param {ChartItem[]} charts
  * @param {string[]} tables
