@@ -18,11 +18,15 @@ import { chartTable } from "./chart-table.js";
 /** @import { Figure, PlotlyElement, PlotlyLibrary } from "../types.d.ts" */
 /** @import { CursorBus } from "../js/cursor.js" */
 /** @import { Point } from "../js/moments.js" */
+/** @import { PlanTools } from "./plan-tools.js" */
 
 const CONFIG = { displaylogo: false, showSendToCloud: false, plotlyServerURL: "", displayModeBar: false, doubleClick: "reset+autosize" };
 const NARROW_PX = 480;
 // A press and its release no further apart than this are a click and not a drag.
 const CLICK_PX = 4;
+// A replay shows so much of the past, and at most so many points of a curve in it.
+const TRAIL_S = 60;
+const TRAIL_POINTS = 300;
 // Points of a curve; marks are drawn one by one up to ten times as many for each entry. SVG draws these at once.
 const POINTS = 1500;
 // More points than this would stop the browser for seconds; they are in the CSV.
@@ -46,6 +50,12 @@ export class ChartPanel extends HTMLElement {
   moments = null;
   /** @type {Point[]} */
   marked = [];
+  /** What a plan measures. @type {PlanTools | null} */
+  tools = null;
+  /** Stands under the values. @type {HTMLElement[]} */
+  foot = [];
+  /** Whether only the last minute before the instant is strong, as in a replay. */
+  trailing = false;
 
   connectedCallback() {
     this.stop = new AbortController();
@@ -63,7 +73,7 @@ export class ChartPanel extends HTMLElement {
         h("div", { class: "actions" }, this.tableButton,
           h("button", { class: "plain", type: "button", title: t("chart.expand"), "aria-label": `${t("chart.expand")}: ${this.heading}`, onclick: () => this.toggleFullscreen() }, icon("expand")),
           chartMenu(this))),
-      this.body, this.strip, this.told);
+      this.body, this.strip, ...this.foot, this.told);
     this.plot.addEventListener("keydown", (event) => this.onKey(event), { signal });
     this.plot.addEventListener("pointermove", (event) => this.onMove(event), { signal });
     this.plot.addEventListener("pointerdown", (event) => this.onPress(event), { signal, capture: true });
@@ -71,7 +81,9 @@ export class ChartPanel extends HTMLElement {
     themes.addEventListener("change", () => this.draw(), { signal });
     this.bus?.addEventListener("change", () => this.showCursor(), { signal });
     document.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") this.bus?.release();
+      if (event.key !== "Escape") return;
+      this.bus?.release();
+      if (this.tools?.measuring) this.tools.setMeasuring(false);
     }, { signal });
     this.seen = new IntersectionObserver((entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
@@ -80,7 +92,7 @@ export class ChartPanel extends HTMLElement {
     }, { rootMargin: "200px" });
     this.seen.observe(this);
     this.sizes = new ResizeObserver(() => this.fit());
-    this.sizes.observe(this);
+    this.sizes.observe(this.body);
   }
 
   disconnectedCallback() {
@@ -132,6 +144,7 @@ export class ChartPanel extends HTMLElement {
     this.moments = new Moments(plot._fullData ?? [], isOverTime(figure));
     plot.setAttribute("aria-label", this.summary());
     this.dataset.drawn = "yes";
+    this.dispatchEvent(new Event("drawn"));
     this.showCursor();
   }
 
@@ -206,6 +219,7 @@ export class ChartPanel extends HTMLElement {
 
   /** Over time, the instant under the pointer is looked at, at the nearest mark. @param {PointerEvent} event */
   onMove(event) {
+    this.tools?.move(event);
     if (event.buttons || !this.bus || this.bus.now.locked || !this.figure || !isOverTime(this.figure)) return;
     const mark = this.markUnder(event);
     if (mark) this.bus.look(mark.time, mark);
@@ -233,7 +247,7 @@ export class ChartPanel extends HTMLElement {
 
   /** @param {PointerEvent} event */
   onClick(event) {
-    if (!this.bus || !this.figure) return;
+    if (!this.bus || !this.figure || this.tools?.press(event)) return;
     const mark = isOverTime(this.figure) ? this.markUnder(event) : this.hovered;
     if (!mark) return;
     const { now } = this.bus;
@@ -250,6 +264,7 @@ export class ChartPanel extends HTMLElement {
 
   onLeave() {
     this.hovered = null;
+    this.tools?.move(null);
     if (this.bus && !this.bus.now.locked) this.bus.release();
     else if (!this.bus) put(/** @type {HTMLElement} */ (this.strip), t("chart.strip_hint"));
   }
@@ -258,6 +273,8 @@ export class ChartPanel extends HTMLElement {
   onKey(event) {
     if (!this.bus || !this.moments) return;
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    const place = this.marked[0];
+    if (event.key === "Enter" && this.tools?.measuring && place) this.tools.take({ east: place.x * this.tools.unit_m, north: place.y * this.tools.unit_m });
     if (!step) return;
     event.preventDefault();
     const { time, row, label } = this.bus.now;
@@ -270,6 +287,8 @@ export class ChartPanel extends HTMLElement {
     const { time, row, locked } = this.bus?.now ?? { time: null, row: null, locked: false };
     this.marked = time === null || !this.moments ? [] : this.moments.at(time, row);
     this.toggleAttribute("data-locked", locked);
+    if (!locked) this.trailing = false;
+    this.toggleAttribute("data-trailing", this.trailing);
     if (time === null) put(/** @type {HTMLElement} */ (this.strip), t("chart.strip_hint"));
     else if (this.figure && this.plot?._fullData) this.describe(this.marked, time);
     this.placeCursor();
@@ -281,22 +300,25 @@ export class ChartPanel extends HTMLElement {
     const overlay = /** @type {SVGElement} */ (this.overlay);
     put(overlay);
     const time = this.bus?.now.time ?? null;
-    if (!layout || !this.figure || time === null) return;
+    if (!layout || !this.figure) return;
     if (isOverTime(this.figure)) {
       const x = layout.xaxis;
-      const left = x._offset + x.d2p(time);
+      const left = time === null ? NaN : x._offset + x.d2p(time);
       const rows = Object.keys(layout).filter((name) => /^yaxis\d*$/.test(name)).map((name) => layout[name]);
-      if (left < x._offset - 1 || left > x._offset + x._length + 1) return;
+      if (!(left >= x._offset - 1 && left <= x._offset + x._length + 1)) return;
       overlay.append(svg("line", { x1: left, x2: left, y1: Math.min(...rows.map((y) => y._offset)), y2: Math.max(...rows.map((y) => y._offset + y._length)) }));
       return;
     }
     const { xaxis: x, yaxis: y } = layout;
-    for (const point of this.marked) {
-      const [left, top] = [x.d2p(point.x), y.d2p(point.y)];
-      if (left < 0 || left > x._length || top < 0 || top > y._length) continue;
-      const colour = point.trace.line?.color ?? point.trace.marker?.color;
-      overlay.append(svg("circle", { cx: x._offset + left, cy: y._offset + top, r: 8, style: `stroke: ${colour}` }));
-    }
+    // A drawing of its own, so that nothing reaches beyond the axes.
+    const inner = svg("svg", { x: x._offset, y: y._offset, width: x._length, height: y._length });
+    overlay.append(inner);
+    this.tools?.paint(inner, layout);
+    const trail = this.trailing && time !== null && this.moments ? this.moments.between(time - TRAIL_S, time, TRAIL_POINTS) : [];
+    const dot = (/** @type {any} */ point, /** @type {number} */ r, /** @type {string} */ name) => svg("circle", {
+      cx: x.d2p(point.x), cy: y.d2p(point.y), r, class: name, style: `color: ${point.trace.line?.color ?? point.trace.marker?.color}`,
+    });
+    inner.append(...trail.map((point) => dot(point, 2, "trail")), ...this.marked.map((point) => dot(point, 8, "mark")));
   }
 
   /**

@@ -62,6 +62,21 @@ export class Moments {
   }
 
   /**
+   * All estimates between two instants, at most about `most` of each curve.
+   * @param {number} from
+   * @param {number} to
+   * @param {number} most
+   * @returns {{trace: Trace, x: any, y: any}[]}
+   */
+  between(from, to, most) {
+    return this.curves.filter(({ trace }) => trace.meta?.role === "series").flatMap(({ trace, times, order }) => {
+      const inside = [...times.keys()].filter((k) => (times[k] ?? 0) >= from && (times[k] ?? 0) <= to);
+      const every = Math.ceil(inside.length / most);
+      return inside.filter((_, k) => k % every === 0).map((k) => ({ trace, x: trace.x[order[k] ?? 0], y: trace.y[order[k] ?? 0] }));
+    });
+  }
+
+  /**
    * The mark `step` marks after an instant.
    * @param {number | null} time
    * @param {number | null} row

@@ -10,6 +10,7 @@ import { CursorBus } from "../js/cursor.js";
 import { go, routeTo } from "../js/router.js";
 import { setTitle } from "../components/app-frame.js";
 import { chartPanel } from "../components/chart-panel.js";
+import { planTools } from "../components/plan-tools.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
 import { readCounts, rejectionsTable, warningsList } from "../components/recording-report.js";
 import { siteTable } from "../components/site-table.js";
@@ -104,7 +105,11 @@ class RecordingPage extends HTMLElement {
       /** @type {{items: ChartItem[]}} */
       const { items } = await get(`recordings/${recording.id}/charts`, { signal: this.stop?.signal });
       items.sort((a, b) => Number(b.name === "plan") - Number(a.name === "plan"));
-      put(box, items.map((chart) => chartPanel({ source: `recordings/${recording.id}/charts/${chart.name}`, heading: told(`chart.${chart.name}`, chart.title), bus })));
+      put(box, items.map((chart) => {
+        const panel = chartPanel({ source: `recordings/${recording.id}/charts/${chart.name}`, heading: told(`chart.${chart.name}`, chart.title), bus });
+        if (chart.name === "plan") panel.foot = [planTools(panel, recording.site?.origin)];
+        return panel;
+      }));
     } catch (error) {
       if (!this.stop?.signal.aborted) put(box, failed(error));
     }

@@ -12,6 +12,8 @@ import { againRoute, durationOf, requestOf, titleOf } from "../js/runs.js";
 import { curlSnippet, pythonSnippet } from "../js/snippets.js";
 import { setTitle } from "../components/app-frame.js";
 import { chartPanel } from "../components/chart-panel.js";
+import { planTools } from "../components/plan-tools.js";
+import { timePlayer } from "../components/time-player.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
 import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTab, tracksTab } from "../components/run-tabs.js";
 import { editButton, tagLinks } from "../components/run-name-form.js";
@@ -21,7 +23,7 @@ import { copyText, toast } from "../components/toast-area.js";
 import "../components/legend-chips.js";
 import "../components/tab-bar.js";
 
-/** @import { ChartItem, Run } from "../types.d.ts" */
+/** @import { ChartItem, Recording, Run } from "../types.d.ts" */
 /** @import { Route } from "../js/router.js" */
 /** @import { ChartPanel } from "../components/chart-panel.js" */
 /** @import { LegendChips } from "../components/legend-chips.js" */
@@ -133,9 +135,12 @@ class RunPage extends HTMLElement {
    */
   async drawResult(run, body) {
     const signal = this.stop?.signal;
-    const [charts, tables] = await Promise.all([
+    const recording = run.source.recording_id;
+    const [charts, tables, site] = await Promise.all([
       /** @type {Promise<{items: ChartItem[]}>} */ (get(`runs/${run.id}/charts`, { signal })),
       /** @type {Promise<{items: {name: string, rows?: number}[]}>} */ (get(`runs/${run.id}/tables`, { signal })),
+      // Only the origin is wanted of the recording; one that was deleted takes nothing else away.
+      recording ? get(`recordings/${recording}`, { signal }).then((/** @type {Recording} */ one) => one.site, () => null) : null,
     ]);
     const labels = run.algorithms.map((entry) => entry.label ?? entry.name);
     const hidden = new Set(this.route.query.getAll("hide"));
@@ -157,6 +162,8 @@ class RunPage extends HTMLElement {
       ...beside.map((chart) => panel(chart, "time")),
       ...rest.map((chart) => panel(chart, "rest")),
     ];
+    const plan = this.panels.find((one) => first?.name === "plan" && one.className === "first");
+    if (plan) plan.foot = [timePlayer(plan, this.bus), planTools(plan, site?.origin)];
     const tabs = this.resultTabs(run, charts.items, tables.items);
     put(body,
       h("div", { class: "run-legend" }, chips, h("span", { class: "small muted" }, t("run.legend_more"))),

@@ -63,3 +63,65 @@ def test_one_instant_in_all_charts(visit: Callable[..., Visit]) -> None:
     page.keyboard.press("Escape")
     expect(page.locator("chart-panel .overlay line")).to_have_count(0)
     visited.assert_clean()
+
+
+def test_time_is_stepped_slid_and_replayed(visit: Callable[..., Visit]) -> None:
+    page = open_run(visit())
+    player = page.get_by_role("group", name="Replay")
+    expect(player.get_by_role("button", name="Play")).to_have_count(0)  # reduced motion: nothing moves by itself
+    shown = player.get_by_role("status")
+    player.get_by_role("button", name="One mark on").click()
+    first = shown.inner_text()
+    player.get_by_role("button", name="One mark on").click()
+    expect(shown).not_to_have_text(first)
+    player.get_by_role("slider").fill("300")
+    expect(shown).to_have_text("300.00 s")
+    expect(panel_of(page, "NIS").locator(".strip b").first).to_have_text("300.00 s")
+    expect(panel_of(page, "Plan").locator(".overlay .mark")).not_to_have_count(0)
+    expect(panel_of(page, "Plan").locator(".overlay .trail")).not_to_have_count(0)
+    page.keyboard.press("Escape")
+    expect(panel_of(page, "Plan").locator(".overlay .trail")).to_have_count(0)
+
+    page = open_run(visit(reduced_motion="no-preference"))
+    player = page.get_by_role("group", name="Replay")
+    shown = player.get_by_role("status")
+    player.get_by_label("Speed").select_option("100")
+    player.get_by_role("button", name="Play").click()
+    page.wait_for_function("() => parseFloat(document.querySelector('time-player output').innerText) > 30")
+    player.get_by_role("button", name="Pause").click()
+    paused = shown.inner_text()
+    page.wait_for_timeout(200)
+    assert shown.inner_text() == paused
+    # A click in a chart takes over from a running replay.
+    player.get_by_role("button", name="Play").click()
+    hover(page, "NIS", 0.9)
+    page.mouse.down()
+    page.mouse.up()
+    expect(player.get_by_role("button", name="Play")).to_be_visible()
+
+
+def test_places_rings_and_distances_in_the_plan(visit: Callable[..., Visit]) -> None:
+    page = open_run(visit())
+    plan = panel_of(page, "Plan")
+    scales = drawn(page, "Plan").scales
+    hover(page, "Plan", 0.3)
+    expect(plan.locator("span.readout")).to_contain_text(re.compile(r"E .*km.*° from the origin"))
+    plan.get_by_role("button", name="Range rings").click()
+    expect(plan.locator("circle.ring").first).to_be_attached()
+    ring = plan.locator("circle.ring").first
+    words = plan.locator("text.ring").first.text_content()
+    assert words is not None
+    assert float(ring.get_attribute("r") or 0) == pytest.approx(float(words.split()[0]) * scales[0], rel=1e-3)
+
+    plan.get_by_role("button", name="Distance").click()
+    box = plan.locator(".plot .nsewdrag").bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 100, box["y"] + 300)
+    page.mouse.click(box["x"] + 200, box["y"] + 200)
+    said = plan.locator(".readout[role=status]")
+    expect(said).to_contain_text(re.compile(r"km, azimuth 45\.\d°"))
+    assert float(said.inner_text().split()[0]) == pytest.approx(100 * 2**0.5 / scales[0], rel=1e-2)
+    expect(plan.locator("line.distance")).to_have_count(1)
+    page.keyboard.press("Escape")
+    expect(plan.locator("line.distance")).to_have_count(0)
+    expect(plan.get_by_role("button", name="Distance")).to_have_attribute("aria-pressed", "false")
