@@ -18,6 +18,7 @@ from backend.api import (
     events,
     page_files,
     problem_pages,
+    recording_preview,
     recordings,
     runs,
     service,
@@ -130,7 +131,7 @@ def _bare(**options: Any) -> FastAPI:
     )
     problems.install(app)
     api = APIRouter(prefix="/api/v1")
-    for module in (algorithms, recordings, runs, tables, charts, events, service):
+    for module in (algorithms, recordings, recording_preview, runs, tables, charts, events, service):
         api.include_router(module.router)
     api.include_router(runs.tags_router)
     app.include_router(api)

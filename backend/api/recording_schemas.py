@@ -5,13 +5,14 @@ from __future__ import annotations
 import datetime as dt
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from algorithms.recording import Kind
 from algorithms.site import Site
 from backend.db import recordings as stored
 from backend.files.options import ReadOptions
 from backend.http.pagination import PageQuery
+from backend.http.problems import ProblemError, items_of, summary_of
 
 REJECTIONS_SHOWN = 100
 
@@ -52,6 +53,17 @@ class ReadAgain(BaseModel):
     """Truth as CSV text."""
     options: ReadOptions | None = None
     """All options; they replace the earlier ones."""
+
+
+def read_again_of(body: bytes) -> ReadAgain:
+    """Take the body of a request apart."""
+    try:
+        return TypeAdapter(ReadAgain).validate_json(body)
+    except ValidationError as error:
+        if any(e["type"] == "json_invalid" for e in error.errors()):
+            raise ProblemError(400, "malformed_json", f"{error.errors()[0]['msg']}.") from error
+        items = items_of(error)
+        raise ProblemError(422, "validation", summary_of(items), errors=items) from error
 
 
 class Rows(_Model):

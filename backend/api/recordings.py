@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, Request, Response
-from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict
 from starlette.background import BackgroundTask
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import FileResponse, StreamingResponse
@@ -18,12 +18,12 @@ from backend.api import uploads
 from backend.api.recording_schemas import (
     REJECTIONS_SHOWN,
     RawUploadQuery,
-    ReadAgain,
     RecordingItem,
     RecordingOut,
     RecordingPage,
     RecordingQuery,
     RejectionOut,
+    read_again_of,
 )
 from backend.api.responses import content, problems
 from backend.api.services import Services, ServicesDep
@@ -31,13 +31,13 @@ from backend.db import recordings as stored
 from backend.http.etag import etag_of, matches, not_modified
 from backend.http.multipart import label_of, receive_form, receive_raw, received
 from backend.http.pagination import cut
-from backend.http.problems import ProblemError, items_of, summary_of
+from backend.http.problems import ProblemError
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])
 
 _ROWS_PER_READ = 5000
 
-_FORM: dict[str, Any] = {
+UPLOAD_FORM: dict[str, Any] = {
     "type": "object",
     "required": ["file"],
     "additionalProperties": False,
@@ -76,7 +76,7 @@ class DeleteQuery(BaseModel):
         "requestBody": {
             "required": True,
             "content": {
-                "multipart/form-data": {"schema": _FORM},
+                "multipart/form-data": {"schema": UPLOAD_FORM},
                 "application/octet-stream": {
                     "schema": {"type": "string", "contentMediaType": "application/octet-stream"}
                 },
@@ -105,7 +105,7 @@ async def create_recording(
             given = options.model_dump(exclude_unset=True)
             uploaded = await run_in_threadpool(uploads.from_body, services, parts, given)
         elif media_type == "application/json":
-            again = _parsed(await request.body())
+            again = read_again_of(await request.body())
             uploaded = await run_in_threadpool(uploads.again, services, again)
         else:
             raise ProblemError(
@@ -117,16 +117,6 @@ async def create_recording(
     response.status_code = 201 if uploaded.is_new else 200
     response.headers["Location"] = f"/api/v1/recordings/{uploaded.recording.id}"
     return await run_in_threadpool(_shown, services, uploaded.recording.id)
-
-
-def _parsed(body: bytes) -> ReadAgain:
-    try:
-        return TypeAdapter(ReadAgain).validate_json(body)
-    except ValidationError as error:
-        if any(e["type"] == "json_invalid" for e in error.errors()):
-            raise ProblemError(400, "malformed_json", f"{error.errors()[0]['msg']}.") from error
-        items = items_of(error)
-        raise ProblemError(422, "validation", summary_of(items), errors=items) from error
 
 
 @router.get("", name="list_recordings", responses=problems())

@@ -38,6 +38,11 @@ class Uploaded:
 
 def from_form(services: Services, parts: Parts) -> Uploaded:
     """Make a recording of a form with the fields file (repeated), site, truth and options."""
+    return _store_and_read(services, parts.items, options_of_form(services, parts))
+
+
+def options_of_form(services: Services, parts: Parts) -> ReadOptions:
+    """Check the fields of a form and return its options."""
     problems = [
         ProblemItem(
             pointer=f"/{p.name}",
@@ -56,8 +61,7 @@ def from_form(services: Services, parts: Parts) -> Uploaded:
     ]
     if problems:
         raise ProblemError(422, "validation", summary_of(problems), errors=problems)
-    options = _options(services, parts.named("options"))
-    return _store_and_read(services, parts.items, options)
+    return _options(services, parts.named("options"))
 
 
 def from_body(services: Services, parts: Parts, options: Mapping[str, Any]) -> Uploaded:
@@ -75,12 +79,7 @@ def from_body(services: Services, parts: Parts, options: Mapping[str, Any]) -> U
 
 def again(services: Services, request: ReadAgain) -> Uploaded:
     """Make a recording of bytes that are stored already."""
-    with services.database.read() as connection:
-        try:
-            source = recordings.get_recording(connection, request.from_recording_id)
-        except NotFoundError as error:
-            item = ProblemItem(pointer="/from_recording_id", detail=error.message, code=error.code)
-            raise ProblemError(422, error.code, error.message, errors=[item]) from error
+    source = source_of(services, request)
     with services.store.guard():
         files = [f for f in source.files if f.role == "data"]
         for role, value in (("site", request.site), ("truth", request.truth)):
@@ -89,13 +88,25 @@ def again(services: Services, request: ReadAgain) -> Uploaded:
             elif value is not None:
                 text = value if isinstance(value, str) else json.dumps(value.to_json(), sort_keys=True)
                 files.append(_put_text(services, role, text))  # type: ignore[arg-type]  # one of the two literals
-        options = (
-            (request.options or ReadOptions())
-            if "options" in request.model_fields_set
-            else ReadOptions.model_validate(source.options)
-        )
-        found = _find_or_create(services, files, options, default_name=source.name)
+        found = _find_or_create(services, files, options_again(request, source), default_name=source.name)
     return _read(services, found)
+
+
+def source_of(services: Services, request: ReadAgain) -> Recording:
+    """Return the recording whose bytes are meant."""
+    with services.database.read() as connection:
+        try:
+            return recordings.get_recording(connection, request.from_recording_id)
+        except NotFoundError as error:
+            item = ProblemItem(pointer="/from_recording_id", detail=error.message, code=error.code)
+            raise ProblemError(422, error.code, error.message, errors=[item]) from error
+
+
+def options_again(request: ReadAgain, source: Recording) -> ReadOptions:
+    """Return the options given, else those of the recording."""
+    if "options" in request.model_fields_set:
+        return request.options or ReadOptions()
+    return ReadOptions.model_validate(source.options)
 
 
 def delete(services: Services, recording_id: str, *, with_runs: bool) -> None:
@@ -190,11 +201,12 @@ def _read(services: Services, found: Uploaded) -> Uploaded:
     if recording.state == "failed":
         if found.is_new:
             delete(services, recording.id, with_runs=False)
-        raise _unreadable(recording.error or {})
+        raise unreadable(recording.error or {})
     return Uploaded(recording, found.is_new)
 
 
-def _unreadable(error: Mapping[str, Any]) -> ProblemError:
+def unreadable(error: Mapping[str, Any]) -> ProblemError:
+    """Return the problem that tells why files cannot be read."""
     detail = f"{error.get('detail', 'The file could not be read.')} {error.get('remedy') or ''}".strip()
     code = str(error.get("code", "unreadable"))
     item = ProblemItem(pointer=str(error.get("pointer") or "/file"), detail=detail, code=code)

@@ -138,6 +138,7 @@ PROBLEMS: dict[str, Kind] = {
     "unreadable": Kind("The file could not be read", "The detail says why."),
     "reader_died": Kind("Reading ended without an answer", "The file may be damaged, or too large for the memory."),
     "reader_timeout": Kind("Reading took too long", "The limit is the setting FILTERROOM_READER_TIMEOUT_S."),
+    "reader_busy": Kind("The reader is busy", "Files are read one after the other; try again in a moment."),
     "reader_memory": Kind("Reading needs too much memory", "The limit is FILTERROOM_READER_MEMORY_BYTES."),
     # Starting the program.
     "data_folder_in_use": Kind("Another server uses the data folder", "Stop it, or use another folder."),

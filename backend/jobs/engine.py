@@ -12,10 +12,11 @@ import queue
 import threading
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 from algorithms.errors import FilterRoomError
@@ -24,6 +25,7 @@ from backend.db.engine import Database
 from backend.files.store import Store
 from backend.jobs import ledger
 from backend.jobs.parsing import Parser
+from backend.jobs.reader_process import ReadAnswer
 from backend.jobs.schedule import RETRIES, ActiveRun, Flight, choose, monotonic
 from backend.jobs.work import Outcome
 from backend.settings import Settings
@@ -118,6 +120,16 @@ class Engine:
     def read_recording(self, recording_id: str) -> Future[recordings.Recording]:
         """Parse a recording that is in the state `parsing`; the future gives its row, `ready` or `failed`."""
         return self._parser.parse(recording_id)
+
+    def look_into(
+        self,
+        files: tuple[tuple[str, Path], ...],
+        site: bytes | None,
+        truth: tuple[str, Path] | None,
+        options: Mapping[str, Any],
+    ) -> Future[ReadAnswer]:
+        """Read files on trial, in the same process and after what is being parsed; nothing is stored."""
+        return self._parser.look(files, site, truth, options)
 
     def status(self) -> EngineStatus:
         """Return what the engine is doing."""

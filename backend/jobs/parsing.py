@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 from backend.db import recordings
 from backend.db.engine import Database
@@ -40,6 +42,17 @@ class Parser:
                 future = self._under_way[recording_id] = self._thread.submit(self._parse, recording_id)
                 future.add_done_callback(lambda _: self._forget(recording_id))
             return future
+
+    def look(
+        self,
+        files: tuple[tuple[str, Path], ...],
+        site: bytes | None,
+        truth: tuple[str, Path] | None,
+        options: Mapping[str, Any],
+    ) -> Future[ReadAnswer]:
+        """Look into files without storing anything, after what is being parsed."""
+        request = ReadRequest(files, site, truth, options, self._max_rows, output=None)
+        return self._thread.submit(self._process.read, request)
 
     def _forget(self, recording_id: str) -> None:
         with self._lock:

@@ -17,9 +17,13 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from algorithms.errors import InputError
+
+if TYPE_CHECKING:
+    from backend.files.preview import Preview
+    from backend.files.report import ReadReport
 
 # Where the process may be after it was told to end, seconds.
 _END_S = 5
@@ -27,14 +31,17 @@ _END_S = 5
 
 @dataclass(frozen=True)
 class ReadRequest:
-    """What to read; the recording's arrays go to `output` (an .npz). Options and limits as JSON."""
+    """What to read; the recording's arrays go to `output` (an .npz), or, without one, it is only looked at.
+
+    Options and limits as JSON.
+    """
 
     files: tuple[tuple[str, Path], ...]
     site: bytes | None
     truth: tuple[str, Path] | None
     options: Mapping[str, Any]
     max_rows: int
-    output: Path
+    output: Path | None
 
 
 @dataclass(frozen=True)
@@ -55,6 +62,11 @@ class ReadAnswer:
     has_truth: bool = False
     warnings: tuple[Mapping[str, Any], ...] = ()
     rejections: tuple[tuple[int, str, str, str], ...] = ()
+    preview: Mapping[str, Any] | None = None
+    """What a look showed: format, columns, rows, kind and mapping that are suggested, and the trial's error.
+
+    The other fields then tell of the trial.
+    """
 
 
 class ReaderProcess:
@@ -162,17 +174,18 @@ def _limit_memory(memory_bytes: int) -> None:
 
 
 def _read(request: ReadRequest) -> ReadAnswer:
+    from backend.files.preview import preview
     from backend.files.reading import NamedFile, ReadLimits, ReadOptions, read_recording
     from backend.files.store import write_arrays
 
+    files = [NamedFile(name, path) for name, path in request.files]
+    truth = None if request.truth is None else NamedFile(*request.truth)
+    limits = ReadLimits(max_rows=request.max_rows)
     try:
-        recording, report = read_recording(
-            [NamedFile(name, path) for name, path in request.files],
-            site=request.site,
-            truth=None if request.truth is None else NamedFile(*request.truth),
-            options=ReadOptions.model_validate(request.options),
-            limits=ReadLimits(max_rows=request.max_rows),
-        )
+        options = ReadOptions.model_validate(request.options)
+        if request.output is None:
+            return _seen(preview(files, site=request.site, truth=truth, options=options, limits=limits))
+        recording, report = read_recording(files, site=request.site, truth=truth, options=options, limits=limits)
         write_arrays(request.output, recording.to_arrays())
     except InputError as error:
         return _failure(error.code, error.message, error.remedy, error.pointer)
@@ -185,6 +198,15 @@ def _read(request: ReadRequest) -> ReadAnswer:
     except Exception:
         answer = _failure("internal", "The reader stopped with an error that nobody foresaw.", "Please report it.")
         return replace(answer, trace=traceback.format_exc())
+    return replace(
+        _reported(report),
+        start_utc=recording.start_utc,
+        site=None if recording.site is None else recording.site.to_json(),
+        has_truth=recording.has_truth,
+    )
+
+
+def _reported(report: ReadReport) -> ReadAnswer:
     return ReadAnswer(
         kind=report.kind,
         format=report.format,
@@ -192,9 +214,22 @@ def _read(request: ReadRequest) -> ReadAnswer:
         rows_accepted=report.rows_accepted,
         time_first_s=report.time_span_s[0],
         time_last_s=report.time_span_s[1],
-        start_utc=recording.start_utc,
-        site=None if recording.site is None else recording.site.to_json(),
-        has_truth=recording.has_truth,
         warnings=tuple(asdict(w) for w in report.warnings),
         rejections=tuple((r.row, r.code, r.detail, r.file) for r in report.rejections),
+    )
+
+
+def _seen(found: Preview) -> ReadAnswer:
+    answer = ReadAnswer() if found.report is None else _reported(found.report)
+    error = found.error
+    return replace(
+        answer,
+        preview={
+            "format": found.format,
+            "columns": found.columns,
+            "rows": found.rows,
+            "kind": found.suggestion.kind,
+            "mapping": {n: s.model_dump(exclude_none=True) for n, s in found.suggestion.mapping.items()},
+            "error": None if error is None else _failure(error.code, error.message, error.remedy, error.pointer).error,
+        },
     )

@@ -1,0 +1,70 @@
+"""Look into files before they are read for good: columns, first rows, what they may mean, what reading would give."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+from algorithms.errors import InputError, UnsupportedFormatError
+from backend.files.column_guess import Suggestion, suggest
+from backend.files.content import inspect
+from backend.files.delimited_text import read_header
+from backend.files.options import ReadLimits, ReadOptions
+from backend.files.reader import Source, readers_by_name
+from backend.files.reading import NamedFile, read_recording
+from backend.files.records import read_batches
+from backend.files.report import Findings, ReadReport
+
+ROWS_SHOWN = 20
+
+
+@dataclass(frozen=True)
+class Preview:
+    """What is in the first file, and what reading all of them with these options would give.
+
+    Attributes
+    ----------
+    format : name of the reader that recognises it without a mapping, or None
+    columns, rows : the line of names and the first rows, as text; empty where the file is no delimited text
+    suggestion : what the columns may mean; nothing of it was applied
+    report : counts, warnings and rejections of a trial reading, or None
+    error : why it gives nothing
+    """
+
+    format: str | None
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    suggestion: Suggestion
+    report: ReadReport | None
+    error: InputError | None
+
+
+def preview(
+    files: Sequence[NamedFile],
+    *,
+    site: bytes | None = None,
+    truth: NamedFile | None = None,
+    options: ReadOptions | None = None,
+    limits: ReadLimits | None = None,
+) -> Preview:
+    """Read on trial. Only a file that cannot be opened as what it says raises; all else is told in the preview."""
+    options, limits = options or ReadOptions(), limits or ReadLimits()
+    content = inspect(files[0], limits, Findings(files[0].label))
+    columns: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    source = Source(content, ReadOptions(), limits, Findings())
+    try:
+        header = read_header(content)
+        columns = header.names
+        records = (r for batch in read_batches(content, header.delimiter, header.first_data_line, 100) for r in batch)
+        rows = tuple(tuple(cells) for _, cells in islice(records, ROWS_SHOWN) if isinstance(cells, list))
+    except UnsupportedFormatError:
+        pass  # no delimited text: a reader of another format may still know it
+    found = next((r.name for r in readers_by_name().values() if r.detect(source)), None)
+    report, error = None, None
+    try:
+        _, report = read_recording(files, site=site, truth=truth, options=options, limits=limits)
+    except InputError as problem:
+        error = problem
+    return Preview(found, columns, rows, suggest(columns, rows, options.kind), report, error)
