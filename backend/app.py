@@ -14,6 +14,7 @@ from starlette.middleware.gzip import GZipMiddleware
 from backend.api import (
     algorithms,
     charts,
+    compare,
     documentation,
     events,
     page_files,
@@ -131,7 +132,7 @@ def _bare(**options: Any) -> FastAPI:
     )
     problems.install(app)
     api = APIRouter(prefix="/api/v1")
-    for module in (algorithms, recordings, recording_preview, runs, tables, charts, events, service):
+    for module in (algorithms, recordings, recording_preview, runs, tables, charts, compare, events, service):
         api.include_router(module.router)
     api.include_router(runs.tags_router)
     app.include_router(api)

@@ -19,6 +19,7 @@ from backend.api.tables import finished
 from backend.charts.view import Chart as DeclaredChart
 from backend.charts.view import ChartOptions, Entry, RecordingView, RunView
 from backend.db import runs as stored
+from backend.db.recordings import Recording as StoredRecording
 from backend.errors import NotFoundError
 from backend.files.table_writer import write_table_csv
 from backend.http.etag import etag_of, matches, not_modified
@@ -68,7 +69,7 @@ _PAGE: Responses = content("text/html", "A page that stands alone, offline")
 def list_run_charts(run_id: str, services: ServicesDep) -> ChartList:
     """List the charts of a run."""
     run = finished(services, run_id)
-    return ChartList(items=[ChartItem(name=c.name, title=c.title) for c in _run_charts(run)])
+    return ChartList(items=[ChartItem(name=c.name, title=c.title) for c in charts_of_run(run)])
 
 
 @router.get(
@@ -156,7 +157,7 @@ def get_recording_chart_page(
     return _of_recording(services, request, recording_id, chart, "html", query)
 
 
-def _run_charts(run: stored.Run) -> list[DeclaredChart]:
+def charts_of_run(run: stored.Run) -> list[DeclaredChart]:
     """Return the charts that the run's algorithms declare, in the order in which the first declares them."""
     from backend.charts.catalogue import charts
 
@@ -179,7 +180,7 @@ def _recording_charts(kind: str | None) -> tuple[DeclaredChart, ...]:
 
 def _of_run(services: Services, request: Request, run_id: str, name: str, form: Form, query: ChartQuery) -> Response:
     run = finished(services, run_id)
-    chart = _named(_run_charts(run), name)
+    chart = named(charts_of_run(run), name)
     version = (run.id, run.result_sha256 or "", run.label if form == "html" else "")
     file_name = f"{name}-{run_id}"
     heading = run.label or str(run.source.get("name", run_id))
@@ -187,26 +188,25 @@ def _of_run(services: Services, request: Request, run_id: str, name: str, form: 
     def draw() -> dict[str, Any]:
         return chart.draw(_run_view(services, run), _options(query))
 
-    return _drawn(request, draw, form, query, version, file_name, heading)
+    return drawn(request, draw, form, query, version, file_name, heading)
 
 
 def _of_recording(
     services: Services, request: Request, recording_id: str, name: str, form: Form, query: ChartQuery
 ) -> Response:
     recording = uploads.ready(services, recording_id)
-    chart = _named(_recording_charts(recording.kind), name)
-    assert recording.data_sha256 is not None
-    sha256 = recording.data_sha256
+    chart = named(_recording_charts(recording.kind), name)
     file_name = f"{name}-{recording_id}"
 
     def draw() -> dict[str, Any]:
-        view = RecordingView(recording_from_arrays(services.store.get_arrays(sha256)))
+        view = RecordingView(load_recording(services, recording))
         return chart.draw(view, _options(query))
 
-    return _drawn(request, draw, form, query, (recording.id, sha256), file_name, recording.name)
+    return drawn(request, draw, form, query, (recording.id, recording.data_sha256 or ""), file_name, recording.name)
 
 
-def _named(found: list[DeclaredChart] | tuple[DeclaredChart, ...], name: str) -> DeclaredChart:
+def named(found: list[DeclaredChart] | tuple[DeclaredChart, ...], name: str) -> DeclaredChart:
+    """Return the chart of this name or raise NotFoundError."""
     for chart in found:
         if chart.name == name:
             return chart
@@ -222,37 +222,40 @@ def _options(query: ChartQuery) -> ChartOptions:
 
 
 def _run_view(services: Services, run: stored.Run) -> RunView:
+    recording = uploads.ready(services, str(run.source["recording_id"]))
+    return RunView(
+        recording=load_recording(services, recording),
+        entries=tuple(chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms)),
+    )
+
+
+def chart_entry(services: Services, run: stored.Run, declared: stored.Entry, *, index: int, label: str) -> Entry:
+    """Give an entry of a run to a chart, under this label and with the colour of this place."""
     from backend.jobs.results import load_entry_arrays, load_entry_table
 
-    def table(label: str, name: str) -> Table:
+    def table(name: str) -> Table:
         try:
-            return load_entry_table(services.database, services.store, run, label, name)
+            return load_entry_table(services.database, services.store, run, declared.label, name)
         except NotFoundError:
             # An algorithm gives `errors`, for one, only where the truth is known.
             return Table({})
 
-    def entry(index: int, declared: stored.Entry) -> Entry:
-        return Entry(
-            label=declared.label,
-            index=index,
-            algorithm=declared.name,
-            table=lambda name: table(declared.label, name),
-            arrays=lambda: load_entry_arrays(services.store, run, declared.label),
-        )
-
-    return RunView(
-        recording=_recording_of(services, run),
-        entries=tuple(entry(i, e) for i, e in enumerate(run.algorithms)),
+    return Entry(
+        label=label,
+        index=index,
+        algorithm=declared.name,
+        table=table,
+        arrays=lambda: load_entry_arrays(services.store, run, declared.label),
     )
 
 
-def _recording_of(services: Services, run: stored.Run) -> Recording:
-    recording = uploads.ready(services, str(run.source["recording_id"]))
+def load_recording(services: Services, recording: StoredRecording) -> Recording:
+    """Load what was read of a recording."""
     assert recording.data_sha256 is not None
     return recording_from_arrays(services.store.get_arrays(recording.data_sha256))
 
 
-def _drawn(
+def drawn(
     request: Request,
     draw: Callable[[], dict[str, Any]],
     form: Form,
@@ -261,6 +264,7 @@ def _drawn(
     file_name: str,
     heading: str,
 ) -> Response:
+    """Answer with a figure, its numbers or its page, or that the client has it already."""
     # How a chart looks may change with the program's version.
     etag = etag_of(program_version(), form, file_name, query.model_dump_json(), *version)
     if matches(request, etag):

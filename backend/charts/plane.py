@@ -50,9 +50,8 @@ class Plane:
     picked: list[Picked] = field(default_factory=list)
     notes: list[ChartNote] = field(default_factory=list)
 
-    def add_truth(self) -> None:
+    def add_truth(self, recording: Recording) -> None:
         """True paths: one broken line for all targets."""
-        recording = self.recording
         if not recording.has_truth:
             return
         order = np.lexsort((recording.time_s, recording.target))

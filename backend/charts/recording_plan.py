@@ -16,7 +16,7 @@ def draw(view: RecordingView, options: ChartOptions) -> Figure:
     recording = view.recording
     plane = Plane(recording, options)
     plane.add_plots()
-    plane.add_truth()
+    plane.add_truth(view.recording)
     receptions = None
     if isinstance(recording, ToaMarks):
         counts = np.isfinite(recording.toa_s[:, :, 0]).sum(axis=0)

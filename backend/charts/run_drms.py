@@ -35,7 +35,7 @@ MARK = "%{x:.3f} s, row %{customdata}"
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
     """Draw claimed errors as lines, actual ones as points, and say how often the claim held."""
-    bins = time_bins(view.recording.time_s)
+    bins = time_bins(view.time_s)
     traces: list[Trace] = []
     picked: list[Picked] = []
     notes: list[ChartNote] = []
@@ -58,7 +58,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     if in_bins:
         text = f"Lines and large symbols: root mean squares of {bins.width_s:g} s; small points: single marks."
         notes.append(ChartNote("rms_in_bins", text))
-    if not view.recording.has_truth:
+    if not any(recording.has_truth for recording in view.recordings):
         notes.append(ChartNote("no_truth", "No truth in this recording: only the claimed error is known."))
     return figure(
         TITLE,
@@ -206,4 +206,4 @@ def _honesty(entry: Entry, claimed: Floats, actual: Floats) -> list[ChartNote]:
     return [ChartNote("claim_held", text, entry.label)]
 
 
-CHART = Chart(name="drms", title=TITLE, source="run", needs=("states", "errors"), draw=draw)
+CHART = Chart(name="drms", title=TITLE, source="run", needs=("states", "errors"), draw=draw, overlay="time")

@@ -67,8 +67,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     if dofs.size == 0:
         return not_applicable(TITLE, "no_nis")
     by_dof = dofs.size > 1
-    bins = time_bins(view.recording.time_s)
-    traces, labels = _limits(dofs, by_dof, view.recording.time_s)
+    bins = time_bins(view.time_s)
+    traces, labels = _limits(dofs, by_dof, view.time_s)
     notes: list[ChartNote] = []
     picked: list[Picked] = []
     for innovations in found:
@@ -257,4 +257,4 @@ def _share_inside(innovations: Innovations) -> ChartNote:
     return ChartNote("share_inside", text, innovations.entry.label)
 
 
-CHART = Chart(name="nis", title=TITLE, source="run", needs=("states", "decisions"), draw=draw)
+CHART = Chart(name="nis", title=TITLE, source="run", needs=("states", "decisions"), draw=draw, overlay="time")

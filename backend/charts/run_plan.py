@@ -38,7 +38,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     for entry, states in found:
         _add_tracks(plane, entry, states, options)
     # The true path is thin: it lies over the tracks, else it is hidden where they are good.
-    plane.add_truth()
+    for recording in view.recordings:
+        plane.add_truth(recording)
     for entry, states in found:
         _add_unused(plane, entry, states)
     plane.add_stations()
@@ -148,4 +149,4 @@ def _add_ellipses(plane: Plane, entry: Entry, states: Estimates, most: int) -> N
         plane.notes.append(ChartNote("ellipses", text, entry.label))
 
 
-CHART = Chart(name="plan", title=TITLE, source="run", needs=("states", "decisions"), draw=draw)
+CHART = Chart(name="plan", title=TITLE, source="run", needs=("states", "decisions"), draw=draw, overlay="frame")

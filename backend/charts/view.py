@@ -19,6 +19,9 @@ from algorithms.result import Table
 
 Figure = dict[str, Any]
 Source = Literal["run", "recording"]
+# What recordings must share so that runs on them can be drawn into one chart: everything, the origin of time, or
+# that and the origin of the local frame.
+Overlay = Literal["recording", "time", "frame"]
 
 # A mark is drawn as a point of its own up to this many times `points`; beyond, every k-th one is drawn.
 MARKS_PER_POINT = 5
@@ -62,10 +65,25 @@ class Entry:
 
 @dataclass(frozen=True)
 class RunView:
-    """What the charts of a run see; entries may come from several runs over one recording."""
+    """What the charts of a run see; entries may come from several runs.
+
+    Where these worked on different recordings, `others` holds those after the first; a chart gets such a view only
+    as far as its `overlay` allows.
+    """
 
     recording: Recording
     entries: tuple[Entry, ...]
+    others: tuple[Recording, ...] = ()
+
+    @property
+    def recordings(self) -> tuple[Recording, ...]:
+        """All recordings that the entries worked on."""
+        return (self.recording, *self.others)
+
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """(M,) instants of the marks of all recordings, s."""
+        return np.concatenate([recording.time_s for recording in self.recordings])
 
 
 @dataclass(frozen=True)
@@ -85,6 +103,7 @@ class Chart:
     needs: tuple[str, ...]
     draw: Callable[[Any, ChartOptions], Figure]
     kinds: tuple[Kind, ...] = ()
+    overlay: Overlay = "recording"
 
     def takes(self, kind: Kind) -> bool:
         """Whether the chart has anything to say about recordings of this kind."""

@@ -65,6 +65,10 @@ PROBLEMS: dict[str, Kind] = {
     "run_live": Kind("The run is not finished", "Cancel it first."),
     "run_finished": Kind("The run is finished", "A finished run cannot be cancelled any more."),
     "no_result": Kind("The run has no result", "It is not finished, or it did not succeed."),
+    "run_repeated": Kind("A run is named twice", "Each of the compared runs is named once."),
+    "recordings_differ": Kind(
+        "The runs cannot be drawn into one chart", "They worked on recordings that do not share what the chart needs."
+    ),
     "table_not_found": Kind("No such table", "GET /api/v1/runs/ID/tables lists the tables of a run."),
     "chart_not_found": Kind("No such chart", "GET /api/v1/runs/ID/charts lists the charts of a run."),
     # Runs.
