@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.multilateration import lanes
+from algorithms.multilateration.parameters import AltitudeParameters
+from algorithms.multilateration.receivers import assess_receivers
 from algorithms.recording import ToaMarks
 from algorithms.result import Result, Table
 
@@ -219,4 +221,22 @@ def _receivers(recording: ToaMarks, result: Result) -> Table:
             mean[s] = values.mean()
         if values.size > 1:
             sd[s] = values.std(ddof=1)
-    return Table({"station": list(names), "receptions": count, "residual_mean_m": mean, "residual_sd_m": sd})
+    verdicts = assess_receivers(recording, _as_used(result))
+    return Table(
+        {
+            "station": list(names),
+            "receptions": count,
+            "residual_mean_m": mean,
+            "residual_sd_m": sd,
+            "suspect": np.array([np.nan if v.suspect is None else float(v.suspect) for v in verdicts]),
+            "reason": [v.reason for v in verdicts],
+        }
+    )
+
+
+def _as_used(result: Result) -> AltitudeParameters:
+    """Return the measurement errors that the run gave; the rest comes from the site again."""
+    names = ("sigma_toa_ns", "sigma_altitude_m", "earth")
+    return AltitudeParameters(
+        **{n: result.settings[n].value for n in names if n in result.settings and result.settings[n].source == "run"}
+    )
