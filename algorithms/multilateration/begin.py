@@ -29,7 +29,7 @@ from algorithms.multilateration.lanes import (
     START_VELOCITY_SD_MPS,
     VELOCITY_UNKNOWN_MPS,
 )
-from algorithms.toolbox.kernels import kernel
+from algorithms.toolbox.kernels import inlined, kernel
 from algorithms.toolbox.kernels.symmetric import position_block, solve3
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 
@@ -220,7 +220,7 @@ def _solve_anew(lane, gate, setup, track, now):
     return False
 
 
-@kernel
+@inlined
 def decide(lanes, gate, setup, track, now):
     """Decide what each lane does with the mark: start, restart, update (and where to linearise), or nothing."""
     for lane in range(lanes):

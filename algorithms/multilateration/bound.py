@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from algorithms.multilateration.lanes import Setup
 from algorithms.toolbox.kernels import LANES, kernel
 from algorithms.toolbox.kernels.symmetric import pack, unpack
-from algorithms.toolbox.kernels.unrolled import update_row_9
+from algorithms.toolbox.kernels.unrolled import update_rows_9
 from algorithms.toolbox.motion.jerk import predict_jerk
 from algorithms.toolbox.sensors.altitude import altitude_row
 from algorithms.toolbox.sensors.time_of_arrival import contrast_rows
@@ -80,7 +80,6 @@ def _recursion(time, truth, received, decoded, start, setup, out):
         var[n_stations, :] = setup.altitude_variance
         active[n_stations, :] = decoded[k] if setup.use_altitude else 0.0
         nu[:, :] = 0.0
-        for r in range(n_stations + 1):
-            update_row_9(x, p, at, h[r], nu[r], var[r], active[r], nis, determinant)
+        update_rows_9(x, p, at, h, nu, var, active, nis, determinant)
         for i in range(45):
             out[k, i] = p[i, 0]

@@ -44,14 +44,14 @@ from algorithms.multilateration.lanes import (
     WINDOW_CAP,
     WINDOW_MARKS,
 )
-from algorithms.toolbox.kernels import LANES, kernel
-from algorithms.toolbox.kernels.unrolled import update_row_3, update_row_9
+from algorithms.toolbox.kernels import LANES, inlined, kernel
+from algorithms.toolbox.kernels.unrolled import update_rows_3, update_rows_9
 from algorithms.toolbox.motion.jerk import predict_jerk
 from algorithms.toolbox.sensors.altitude import altitude_row
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS, contrast_rows
 
 
-@kernel
+@inlined
 def _read_mark(k, marks, setup, now):
     """Copy one mark into the lanes: finite receptions, altitude, and whether its spread is possible."""
     n_stations = setup.stations.shape[0]
@@ -88,7 +88,7 @@ def _read_mark(k, marks, setup, now):
                 now.has_altitude[lane] = 1.0
 
 
-@kernel
+@inlined
 def _elapse(lanes, gate, setup, track, now):
     """Time from each state to this mark; reject what is older, close what has coasted too long.
 
@@ -120,7 +120,7 @@ def _elapse(lanes, gate, setup, track, now):
         now.elapsed[lane] = t
 
 
-@kernel
+@inlined
 def _build_rows(setup, now, go, x, rows):
     """All rows of the mark: S contrasts and, last, the altitude."""
     n_stations = setup.stations.shape[0]
@@ -136,7 +136,7 @@ def _build_rows(setup, now, go, x, rows):
             rows.active[r, lane] *= go[lane]
 
 
-@kernel
+@inlined
 def _learn_nis(setup, track, which, now, go, rows):
     """NIS of the mark from an update of the bare position; linearise again where asked; set the noise's scale.
 
@@ -161,18 +161,17 @@ def _learn_nis(setup, track, which, now, go, rows):
                 rows.position[a, lane] = rows.start[a, lane]
         for lane in range(LANES):
             now.nis[lane] = 0.0
-        for r in range(n_rows):
-            update_row_3(
-                rows.position,
-                rows.covariance,
-                rows.start,
-                rows.h[r],
-                rows.nu[r],
-                rows.variance[r],
-                rows.active[r],
-                now.nis,
-                now.determinant,
-            )
+        update_rows_3(
+            rows.position,
+            rows.covariance,
+            rows.start,
+            rows.h,
+            rows.nu,
+            rows.variance,
+            rows.active,
+            now.nis,
+            now.determinant,
+        )
         if step + 1 < RELINEARISATIONS:
             for lane in range(LANES):
                 if now.iterate[lane] == 1:
@@ -190,7 +189,7 @@ def _learn_nis(setup, track, which, now, go, rows):
             rows.variance[r, lane] *= now.scale[lane]
 
 
-@kernel
+@inlined
 def _measure(which, setup, track, now, go, rows):
     """Update the block's tracks (or their rivals) with the mark."""
     x = track.x[which]
@@ -206,18 +205,7 @@ def _measure(which, setup, track, now, go, rows):
     for lane in range(LANES):
         rows.nis[lane] = 0.0
         now.determinant[lane] = 1.0
-    for r in range(rows.nu.shape[0]):
-        update_row_9(
-            x,
-            p,
-            rows.start,
-            rows.h[r],
-            rows.nu[r],
-            rows.variance[r],
-            rows.active[r],
-            rows.nis,
-            now.determinant,
-        )
+    update_rows_9(x, p, rows.start, rows.h, rows.nu, rows.variance, rows.active, rows.nis, now.determinant)
     for lane in range(LANES):
         if not setup.robust:
             now.nis[lane] = rows.nis[lane]
@@ -279,7 +267,7 @@ def _repair(lane, track):
             track.p[0, i * (i + 1) // 2 + j, lane] = total
 
 
-@kernel
+@inlined
 def _conclude(lanes, setup, track, now):
     """Status of each updated lane; the consistency of its last twenty marks; end a track that lost its way."""
     for lane in range(lanes):
@@ -328,7 +316,7 @@ def _conclude(lanes, setup, track, now):
             now.reason[lane] = R_CLAIM
 
 
-@kernel
+@inlined
 def _write(k, lanes, setup, track, now, report):
     """Report the mark: every lane, row by row, so that whole rows are written."""
     for lane in range(lanes):
@@ -352,7 +340,7 @@ def _write(k, lanes, setup, track, now, report):
     _write_receptions(k, lanes, setup, track, now, report)
 
 
-@kernel
+@inlined
 def _write_receptions(k, lanes, setup, track, now, report):
     """Which receptions were used, and the range residuals of all about their mean."""
     n_stations = setup.stations.shape[0]

@@ -18,7 +18,7 @@ from algorithms.site import Site
 from algorithms.spec import LocalContext
 from algorithms.toolbox.kernels import LANES, generate
 from algorithms.toolbox.kernels.symmetric import invert3, pack, solve3, unpack
-from algorithms.toolbox.kernels.unrolled import update_row_9
+from algorithms.toolbox.kernels.unrolled import update_rows_9
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE, predict_jerk
 from tests.oracles.dense_filter import DenseFilter, f_matrix, q_matrix
 
@@ -174,8 +174,8 @@ def test_rows_keep_an_ill_conditioned_covariance_sound(seed: int, spread: float)
         state = state + gain * e
         square = square - np.outer(gain, f) / (1 + np.sqrt(variance / s))
         lanes_of = lambda v: np.repeat(np.atleast_1d(v)[:, None], LANES, axis=1)  # noqa: E731
-        update_row_9(
-            x, p, start, lanes_of(h3), np.full(LANES, nu), np.full(LANES, variance), np.ones(LANES), nis, determinant
+        update_rows_9(
+            x, p, start, lanes_of(h3)[None], lanes_of(nu), lanes_of(variance), np.ones((1, LANES)), nis, determinant
         )
     expected = (square @ square.T).astype(float)
     full = unpack(p[:, 2])
@@ -183,7 +183,17 @@ def test_rows_keep_an_ill_conditioned_covariance_sound(seed: int, spread: float)
     assert np.linalg.eigvalsh(full)[0] >= -1e-9 * scale
     # A lane that has no rows stays as it was.
     before = p.copy()
-    update_row_9(x, p, start, np.ones((3, LANES)), np.ones(LANES), np.ones(LANES), np.zeros(LANES), nis, determinant)
+    update_rows_9(
+        x,
+        p,
+        start,
+        np.ones((1, 3, LANES)),
+        np.ones((1, LANES)),
+        np.ones((1, LANES)),
+        np.zeros((1, LANES)),
+        nis,
+        determinant,
+    )
     assert (p == before).all()
 
 

@@ -81,7 +81,10 @@ def predict_jerk(x, p, t, sigma, form):
     sigma : float, m/s^3
     form : int, position in PROCESS_NOISE
     """
-    q = np.empty((6, LANES))
+    # Flat views: with the row length known, the compiler sees that rows do not overlap, and vectorises.
+    f = p.reshape(p.size)
+    y = x.reshape(x.size)
+    q = np.empty(6 * LANES)
     q1 = np.empty(6)
     last = -1.0
     for lane in range(LANES):
@@ -89,13 +92,13 @@ def predict_jerk(x, p, t, sigma, form):
             last = t[lane]
             noise_block(last, sigma, form, q1)
         for k in range(6):
-            q[k, lane] = q1[k]
+            q[k * LANES + lane] = q1[k]
     for a in range(3):
         i = 3 * a
         for lane in range(LANES):
             tau = t[lane]
-            x[i, lane] += tau * (x[i + 1, lane] + 0.5 * tau * x[i + 2, lane])
-            x[i + 1, lane] += tau * x[i + 2, lane]
+            y[(i) * LANES + lane] += tau * (y[(i + 1) * LANES + lane] + 0.5 * tau * y[(i + 2) * LANES + lane])
+            y[(i + 1) * LANES + lane] += tau * y[(i + 2) * LANES + lane]
     for a in range(3):
         r0 = 3 * a * (3 * a + 1) // 2
         r1 = (3 * a + 1) * (3 * a + 2) // 2
@@ -105,44 +108,44 @@ def predict_jerk(x, p, t, sigma, form):
             for lane in range(LANES):
                 tau = t[lane]
                 hh = 0.5 * tau * tau
-                m20 = p[r2 + c, lane]
-                m21 = p[r2 + c + 1, lane]
-                m22 = p[r2 + c + 2, lane]
-                m10 = p[r1 + c, lane]
-                m11 = p[r1 + c + 1, lane]
-                m12 = p[r1 + c + 2, lane]
-                a00 = p[r0 + c, lane] + tau * m10 + hh * m20
-                a01 = p[r0 + c + 1, lane] + tau * m11 + hh * m21
-                a02 = p[r0 + c + 2, lane] + tau * m12 + hh * m22
+                m20 = f[(r2 + c) * LANES + lane]
+                m21 = f[(r2 + c + 1) * LANES + lane]
+                m22 = f[(r2 + c + 2) * LANES + lane]
+                m10 = f[(r1 + c) * LANES + lane]
+                m11 = f[(r1 + c + 1) * LANES + lane]
+                m12 = f[(r1 + c + 2) * LANES + lane]
+                a00 = f[(r0 + c) * LANES + lane] + tau * m10 + hh * m20
+                a01 = f[(r0 + c + 1) * LANES + lane] + tau * m11 + hh * m21
+                a02 = f[(r0 + c + 2) * LANES + lane] + tau * m12 + hh * m22
                 a10 = m10 + tau * m20
                 a11 = m11 + tau * m21
                 a12 = m12 + tau * m22
-                p[r0 + c, lane] = a00 + tau * a01 + hh * a02
-                p[r0 + c + 1, lane] = a01 + tau * a02
-                p[r0 + c + 2, lane] = a02
-                p[r1 + c, lane] = a10 + tau * a11 + hh * a12
-                p[r1 + c + 1, lane] = a11 + tau * a12
-                p[r1 + c + 2, lane] = a12
-                p[r2 + c, lane] = m20 + tau * m21 + hh * m22
-                p[r2 + c + 1, lane] = m21 + tau * m22
+                f[(r0 + c) * LANES + lane] = a00 + tau * a01 + hh * a02
+                f[(r0 + c + 1) * LANES + lane] = a01 + tau * a02
+                f[(r0 + c + 2) * LANES + lane] = a02
+                f[(r1 + c) * LANES + lane] = a10 + tau * a11 + hh * a12
+                f[(r1 + c + 1) * LANES + lane] = a11 + tau * a12
+                f[(r1 + c + 2) * LANES + lane] = a12
+                f[(r2 + c) * LANES + lane] = m20 + tau * m21 + hh * m22
+                f[(r2 + c + 1) * LANES + lane] = m21 + tau * m22
         c = 3 * a
         for lane in range(LANES):
             tau = t[lane]
             hh = 0.5 * tau * tau
-            m00 = p[r0 + c, lane]
-            m10 = p[r1 + c, lane]
-            m11 = p[r1 + c + 1, lane]
-            m20 = p[r2 + c, lane]
-            m21 = p[r2 + c + 1, lane]
-            m22 = p[r2 + c + 2, lane]
+            m00 = f[(r0 + c) * LANES + lane]
+            m10 = f[(r1 + c) * LANES + lane]
+            m11 = f[(r1 + c + 1) * LANES + lane]
+            m20 = f[(r2 + c) * LANES + lane]
+            m21 = f[(r2 + c + 1) * LANES + lane]
+            m22 = f[(r2 + c + 2) * LANES + lane]
             a00 = m00 + tau * m10 + hh * m20
             a01 = m10 + tau * m11 + hh * m21
             a02 = m20 + tau * m21 + hh * m22
             a11 = m11 + tau * m21
             a12 = m21 + tau * m22
-            p[r0 + c, lane] = a00 + tau * a01 + hh * a02 + q[0, lane]
-            p[r1 + c, lane] = a01 + tau * a02 + q[1, lane]
-            p[r1 + c + 1, lane] = a11 + tau * a12 + q[2, lane]
-            p[r2 + c, lane] = a02 + q[3, lane]
-            p[r2 + c + 1, lane] = a12 + q[4, lane]
-            p[r2 + c + 2, lane] = m22 + q[5, lane]
+            f[(r0 + c) * LANES + lane] = a00 + tau * a01 + hh * a02 + q[0 * LANES + lane]
+            f[(r1 + c) * LANES + lane] = a01 + tau * a02 + q[1 * LANES + lane]
+            f[(r1 + c + 1) * LANES + lane] = a11 + tau * a12 + q[2 * LANES + lane]
+            f[(r2 + c) * LANES + lane] = a02 + q[3 * LANES + lane]
+            f[(r2 + c + 1) * LANES + lane] = a12 + q[4 * LANES + lane]
+            f[(r2 + c + 2) * LANES + lane] = m22 + q[5 * LANES + lane]

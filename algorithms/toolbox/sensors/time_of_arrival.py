@@ -39,46 +39,54 @@ def contrast_rows(toa_m, used, stations, variance, at, x, n_axis, h, nu, var, ac
     h : (S, 3, LANES), nu, var, active : (S, LANES)
         The rows; row 0 of a lane's first reception is inactive.
     """
-    weight = np.zeros(LANES)
-    mean_z = np.zeros(LANES)
-    mean_r = np.zeros(LANES)
-    mean_u = np.zeros((3, LANES))
+    # Flat views and one row of sums: with known row lengths the compiler sees what does not overlap, and vectorises.
+    sums = np.zeros(6 * LANES)  # weight, then the means of z, r, u
+    z = toa_m.reshape(toa_m.size)
+    here = used.reshape(used.size)
+    point = at.reshape(at.size)
+    state = x.reshape(x.size)
+    rows = h.reshape(h.size)
+    out_nu = nu.reshape(nu.size)
+    out_var = var.reshape(var.size)
+    out_active = active.reshape(active.size)
+    y = n_axis * LANES
     for s in range(stations.shape[0]):
         sx = stations[s, 0]
         sy = stations[s, 1]
         sz = stations[s, 2]
         v = variance[s]
+        first = s * LANES
         for lane in range(LANES):
-            dx = at[0, lane] - sx
-            dy = at[1, lane] - sy
-            dz = at[2, lane] - sz
+            px = point[lane]
+            py = point[LANES + lane]
+            pz = point[2 * LANES + lane]
+            dx = px - sx
+            dy = py - sy
+            dz = pz - sz
             r = np.sqrt(dx * dx + dy * dy + dz * dz)
-            here = used[s, lane] if r > AT_STATION_M else 0.0
-            safe = r if r > AT_STATION_M else 1.0
-            dx /= safe
-            dy /= safe
-            dz /= safe
-            z = toa_m[s, lane]
-            before = weight[lane]
-            row = here if before > 0.0 else 0.0
-            h0 = dx - mean_u[0, lane]
-            h1 = dy - mean_u[1, lane]
-            h2 = dz - mean_u[2, lane]
-            h[s, 0, lane] = h0
-            h[s, 1, lane] = h1
-            h[s, 2, lane] = h2
-            moved = (
-                h0 * (x[0, lane] - at[0, lane])
-                + h1 * (x[n_axis, lane] - at[1, lane])
-                + h2 * (x[2 * n_axis, lane] - at[2, lane])
-            )
-            nu[s, lane] = (z - mean_z[lane]) - (r - mean_r[lane]) - moved
-            var[s, lane] = v + 1.0 / (before if before > 0.0 else 1.0)
-            active[s, lane] = row
-            gain = here / (v * before + 1.0)
-            weight[lane] = before + here / v
-            mean_z[lane] += gain * (z - mean_z[lane])
-            mean_r[lane] += gain * (r - mean_r[lane])
-            mean_u[0, lane] += gain * (dx - mean_u[0, lane])
-            mean_u[1, lane] += gain * (dy - mean_u[1, lane])
-            mean_u[2, lane] += gain * (dz - mean_u[2, lane])
+            apart = r > AT_STATION_M
+            per_r = 1.0 / (r if apart else 1.0)
+            dx *= per_r
+            dy *= per_r
+            dz *= per_r
+            received = here[first + lane] if apart else 0.0
+            before = sums[lane]
+            h0 = dx - sums[3 * LANES + lane]
+            h1 = dy - sums[4 * LANES + lane]
+            h2 = dz - sums[5 * LANES + lane]
+            dz_ = z[first + lane] - sums[LANES + lane]
+            dr = r - sums[2 * LANES + lane]
+            rows[3 * first + lane] = h0
+            rows[3 * first + LANES + lane] = h1
+            rows[3 * first + 2 * LANES + lane] = h2
+            moved = h0 * (state[lane] - px) + h1 * (state[y + lane] - py) + h2 * (state[2 * y + lane] - pz)
+            out_nu[first + lane] = dz_ - dr - moved
+            out_var[first + lane] = v + 1.0 / (before if before > 0.0 else 1.0)
+            out_active[first + lane] = received if before > 0.0 else 0.0
+            gain = received / (v * before + 1.0)
+            sums[lane] = before + received / v
+            sums[LANES + lane] += gain * dz_
+            sums[2 * LANES + lane] += gain * dr
+            sums[3 * LANES + lane] += gain * h0
+            sums[4 * LANES + lane] += gain * h1
+            sums[5 * LANES + lane] += gain * h2
