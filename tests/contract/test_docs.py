@@ -6,6 +6,7 @@ the page of every error code (`tests/api/test_service.py`).
 
 from __future__ import annotations
 
+import argparse
 import re
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import pytest
 from algorithms.references import REFERENCES
 from algorithms.registry import algorithms_by_name
 from algorithms.spec import Algorithm
+from backend.cli import _parser
 from backend.settings import Settings
 from tests.papers.test_multilateration_table_8_1 import INSTANTS, ONE_MARK, ONE_MARK_KNOWN, TABLE
 
@@ -82,3 +84,27 @@ def test_the_documented_part_of_table_8_1_is_the_tested_one() -> None:
         assert row is not None
         at = INSTANTS.index(instant)
         assert [float(cell) for cell in row[1].split("|")] == [column[at] for column in columns]
+
+
+def test_every_command_and_option_is_documented() -> None:
+    guide = (ROOT / "docs" / "user-guide.md").read_text(encoding="utf-8")
+    table = guide.split("## Command line")[1]
+    documented = set(re.findall(r"^\| `filterroom ([a-z]+)` \|", table, re.MULTILINE))
+    assert documented == set(commands())
+    options = {word for parser in commands().values() for word in parser._option_string_actions if word[:2] == "--"}
+    assert {"--host", "--data"} <= options
+    assert not {word for word in options - {"--help"} if f"`{word}`" not in table}
+
+
+def commands() -> dict[str, argparse.ArgumentParser]:
+    """Return the parsers of the subcommands by name."""
+    actions = [a for a in _parser()._actions if isinstance(a, argparse._SubParsersAction)]
+    assert len(actions) == 1
+    return dict(actions[0].choices)
+
+
+def test_pictures_are_small_and_shown() -> None:
+    guide = (ROOT / "docs" / "user-guide.md").read_text(encoding="utf-8")
+    pictures = {path.name: path.stat().st_size for path in (ROOT / "docs" / "pictures").iterdir()}
+    assert set(pictures) == set(re.findall(r"\(pictures/([\w.]+)\)", guide))
+    assert max(pictures.values()) < 120_000
