@@ -101,6 +101,39 @@ export interface Recording {
   options?: Record<string, unknown>;
 }
 
+export interface ColumnSource {
+  column: string;
+  unit?: string | null;
+  minus?: string | null;
+}
+
+/** How files are to be read. */
+export interface ReadOptions {
+  name?: string | null;
+  kind?: string | null;
+  mapping?: Record<string, ColumnSource | string>;
+  where?: Record<string, string | number | boolean>;
+  [other: string]: unknown;
+}
+
+/** A look into a file before it is read. */
+export interface Preview {
+  format: string | null;
+  columns: string[];
+  rows: string[][];
+  suggestion: { kind: string | null; mapping: Record<string, ColumnSource> };
+  trial: {
+    kind: string;
+    format: string;
+    rows: { read: number; accepted: number; rejected: number };
+    rejections: Rejection[];
+    warnings: ReadWarning[];
+    time_span_s: [number, number];
+  } | null;
+  error: { code: string; detail: string; remedy: string; pointer: string } | null;
+  native_columns: Record<string, { name: string; units: string[] }[]>;
+}
+
 export interface ParameterSchema {
   title?: string;
   description?: string;

@@ -7,9 +7,10 @@ import { Problem, post } from "../js/api.js";
 import { t } from "../js/i18n.js";
 import { formatBytes } from "../js/numbers.js";
 import { guessRoles } from "../js/upload.js";
-import { failed, problemOf } from "./states.js";
+import { mapColumns } from "./column-mapping.js";
+import { failed } from "./states.js";
 
-/** @import { Recording } from "../types.d.ts" */
+/** @import { Preview, ReadOptions, Recording } from "../types.d.ts" */
 /** @import { Key } from "../js/i18n.js" */
 
 /** @typedef {{key: "file" | "site" | "truth", text: Key, hint: Key, several: boolean}} Slot */
@@ -21,13 +22,18 @@ const SLOTS = [
   { key: "truth", text: "upload.truth", hint: "upload.truth_hint", several: false },
 ];
 
+/** What a file is refused for when its columns are not called as they should be. */
+const MAPPING_HELPS = new Set(["unsupported_format", "kind_unknown", "kind_ambiguous", "missing_column", "doppler_channels", "no_usable_rows", "where_matches_nothing"]);
+
 export class RecordingUpload extends HTMLElement {
   /** @type {(recording: Recording) => void} */
   onuploaded = () => {};
   /** When set, the stored bytes of this recording are read again with the files given here. @type {string | null} */
   again = null;
-  /** How it was read the first time. @type {Record<string, unknown>} */
+  /** How it was read the first time. @type {ReadOptions} */
   options = {};
+  /** Kind, mapping and row filter that the user chose. @type {ReadOptions | null} */
+  chosen = null;
   /** @type {Record<"file" | "site" | "truth", File[]>} */
   files = { file: [], site: [], truth: [] };
 
@@ -45,15 +51,18 @@ export class RecordingUpload extends HTMLElement {
   draw() {
     this.message = h("div");
     this.send = h("button", { class: "primary" }, t(this.again ? "upload.read_again" : "upload.send"));
+    this.mapButton = h("button", { type: "button", onclick: () => this.map() }, t("upload.map"));
     const slots = SLOTS.filter((slot) => !this.again || slot.key !== "file");
     const name = uniqueId("upload");
     this.nameField = h("input", { id: name, type: "text", maxlength: 120, autocomplete: "off", placeholder: t("upload.name_hint") });
     put(this, h("form", { class: "stack", onsubmit: (/** @type {Event} */ event) => this.submit(event) },
       slots.map((slot) => this.fileSlot(slot)),
       h("div", { class: "field" }, h("label", { for: name }, t("upload.name")), this.nameField),
+      this.mapped = h("div"),
       this.message,
-      h("div", { class: "row" }, this.send)));
+      h("div", { class: "row" }, this.send, this.mapButton)));
     this.check();
+    this.showChosen();
   }
 
   /** @param {Slot} slot */
@@ -62,6 +71,7 @@ export class RecordingUpload extends HTMLElement {
     const input = h("input", {
       id, type: "file", multiple: slot.several, data: { role: slot.key }, "aria-describedby": `${id}-hint`, onchange: () => {
         this.files[slot.key] = [...(input.files ?? [])];
+        if (slot.key === "file") this.forgetMapping();
         list();
       },
     });
@@ -84,6 +94,7 @@ export class RecordingUpload extends HTMLElement {
       box.classList.remove("over");
       const dropped = [...(event.dataTransfer?.files ?? [])];
       this.files[slot.key] = slot.several ? dropped : dropped.slice(0, 1);
+      if (slot.key === "file") this.forgetMapping();
       list();
     });
     names.textContent = this.files[slot.key].map((file) => `${file.name} (${formatBytes(file.size)})`).join(", ");
@@ -92,8 +103,43 @@ export class RecordingUpload extends HTMLElement {
   }
 
   check() {
-    const needed = this.again ? [...this.files.site, ...this.files.truth] : this.files.file;
+    const needed = this.again ? [...this.files.site, ...this.files.truth, ...(this.chosen ? [this.chosen] : [])] : this.files.file;
     if (this.send) this.send.disabled = this.busy === true || needed.length === 0;
+    if (this.mapButton) this.mapButton.disabled = this.busy === true || (!this.again && !this.files.file.length);
+  }
+
+  /** Another file has other columns. */
+  forgetMapping() {
+    this.chosen = null;
+    this.showChosen();
+  }
+
+  /** Ask what the columns mean; what is chosen goes with the upload. */
+  async map() {
+    const bytes = this.files.file.reduce((sum, file) => sum + file.size, 0);
+    const chosen = await mapColumns({ look: (options) => this.look(options), options: { ...this.options, ...this.chosen }, bytes });
+    if (chosen) this.chosen = chosen;
+    put(/** @type {HTMLElement} */ (this.message));
+    this.showChosen();
+    this.check();
+    this.mapButton?.focus();
+  }
+
+  showChosen() {
+    if (!this.mapped) return;
+    const n = Object.keys(this.chosen?.mapping ?? {}).length;
+    put(this.mapped, this.chosen ? h("p", { class: "row small" }, h("span", null, t("upload.mapped", { n })),
+      h("button", { type: "button", class: "link", onclick: () => { this.forgetMapping(); this.check(); } }, t("upload.unmap"))) : null);
+  }
+
+  /**
+   * Read on trial.
+   * @param {ReadOptions} options
+   * @returns {Promise<Preview>}
+   */
+  async look(options) {
+    if (this.again) return post("recordings/preview", { ...(await this.readAgainPayload(this.again, "")), options });
+    return post("recordings/preview", this.form(options));
   }
 
   /** @param {Event} event */
@@ -107,9 +153,10 @@ export class RecordingUpload extends HTMLElement {
       put(/** @type {HTMLElement} */ (this.message));
       this.onuploaded(recording);
     } catch (error) {
-      put(/** @type {HTMLElement} */ (this.message), failed(error instanceof SyntaxError
-        ? problemOf({ code: "site_not_json", title: t("problem.site_not_json"), detail: error.message }) : error));
-      if (!(error instanceof Problem) && !(error instanceof SyntaxError)) throw error;
+      put(/** @type {HTMLElement} */ (this.message),
+        failed(error),
+        error instanceof Problem && MAPPING_HELPS.has(error.code) ? h("p", null, t("upload.map_helps")) : null);
+      if (!(error instanceof Problem)) throw error;
     } finally {
       this.busy = false;
       this.check();
@@ -119,14 +166,20 @@ export class RecordingUpload extends HTMLElement {
   async payload() {
     const name = this.nameField?.value.trim();
     if (this.again) return this.readAgainPayload(this.again, name);
+    return this.form({ ...this.chosen, ...(name ? { name } : {}) });
+  }
+
+  /** @param {ReadOptions} options */
+  form(options) {
     const form = new FormData();
     for (const { key } of SLOTS) for (const file of this.files[key]) form.append(key, file, file.name);
-    if (name) form.append("options", JSON.stringify({ name }));
+    if (Object.keys(options).length) form.append("options", JSON.stringify(options));
     return form;
   }
 
   /**
-   * Stored bytes are read again with a corrected site (Site JSON, or a sensor table as text) or truth.
+   * Stored bytes are read again with a corrected site or truth, sent as they stand in their files, so that the same
+   * files make the same recording.
    * @param {string} id
    * @param {string | undefined} name
    */
@@ -135,9 +188,9 @@ export class RecordingUpload extends HTMLElement {
     const truth = await this.files.truth[0]?.text();
     return {
       from_recording_id: id,
-      ...(site === undefined ? {} : { site: site.trimStart().startsWith("{") ? JSON.parse(site) : site }),
+      ...(site === undefined ? {} : { site }),
       ...(truth === undefined ? {} : { truth }),
-      ...(name ? { options: { ...this.options, name } } : {}),
+      ...(name || this.chosen ? { options: { ...this.options, ...this.chosen, ...(name ? { name } : {}) } } : {}),
     };
   }
 }
