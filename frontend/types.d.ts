@@ -231,6 +231,20 @@ export interface Run {
   size_bytes?: number | null;
 }
 
+/** Several runs side by side; each list of values has one for each entry. */
+export interface Comparison {
+  runs: { id: string; title: string; label: string; tags: string[]; created_at: string; recording_id: string; recording_name: string }[];
+  entries: { index: number; label: string; run_id: string; entry: string; algorithm: string; seconds: number | null }[];
+  same_recording: boolean;
+  given: { name: string; values: unknown[]; differs: boolean }[];
+  parameters: { name: string; values: ({ value: unknown; source: string } | null)[]; differs: boolean }[];
+  software: { name: string; values: unknown[]; differs: boolean }[];
+  targets: string[];
+  segments: string[];
+  metrics: { metric: string; unit: string; values: ({ value: number | null; ci95: [number, number] | null; n: number | null } | null)[]; differs: boolean; best: number[] }[];
+  charts: { name: string; title: string; obstacle: string | null }[];
+}
+
 export interface ChartItem {
   name: string;
   title: string;

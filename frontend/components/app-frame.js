@@ -29,6 +29,7 @@ const PLACES = [
 const PAGES = /** @type {Record<string, [string, string | null]>} */ ({
   runs: ["runs-page", "run-page"],
   new: ["new-page", null],
+  compare: ["compare-page", null],
   recordings: ["recordings-page", "recording-page"],
   algorithms: ["algorithms-page", "algorithm-page"],
   about: ["about-page", null],

@@ -19,7 +19,7 @@ export function chartMenu(panel) {
     item(t("chart.pan"), () => panel.togglePanning()),
     item("PNG", () => panel.saveImage("png")),
     item("SVG", () => panel.saveImage("svg")),
-    link("CSV", "csv"), link("JSON", "json"), link("HTML", "html"),
+    link("CSV", "csv"), link("JSON", "json"), panel.source.startsWith("compare/") ? null : link("HTML", "html"),
     item(t("chart.copy_address"), () => copyText(panel.address("json"))));
   const button = h("button", {
     class: "plain", type: "button", title: t("chart.menu"), "aria-label": `${t("chart.menu")}: ${panel.heading}`, "aria-expanded": "false",

@@ -17,6 +17,7 @@ import { chartTable } from "./chart-table.js";
 
 /** @import { Figure, PlotlyElement, PlotlyLibrary } from "../types.d.ts" */
 /** @import { CursorBus } from "../js/cursor.js" */
+/** @import { Query } from "../js/api.js" */
 /** @import { Point } from "../js/moments.js" */
 /** @import { PlanTools } from "./plan-tools.js" */
 
@@ -35,6 +36,8 @@ const MOST_POINTS = 60000;
 export class ChartPanel extends HTMLElement {
   /** Where the chart's data are: `runs/ID/charts/plan`. */
   source = "";
+  /** What the addresses of its data ask for besides. @type {Query} */
+  query = {};
   heading = "";
   /** @type {CursorBus | null} */
   bus = null;
@@ -107,7 +110,7 @@ export class ChartPanel extends HTMLElement {
   async load() {
     try {
       const [figure, plotly] = await Promise.all([
-        /** @type {Promise<Figure>} */ (get(`${this.source}.json`, { query: this.full ? { full: true } : { points: POINTS }, signal: this.stop?.signal })),
+        /** @type {Promise<Figure>} */ (get(`${this.source}.json`, { query: { ...this.query, ...(this.full ? { full: true } : { points: POINTS }) }, signal: this.stop?.signal })),
         loadPlotly(),
       ]);
       this.figure = figure;
@@ -336,7 +339,7 @@ export class ChartPanel extends HTMLElement {
     const on = this.tableButton?.getAttribute("aria-pressed") !== "true";
     this.tableButton?.setAttribute("aria-pressed", String(on));
     this.body?.querySelector(".as-table")?.remove();
-    if (on) this.body?.append(await chartTable(this.source, this.heading));
+    if (on) this.body?.append(await chartTable(this.source, this.heading, this.query));
   }
 
   toggleFullscreen() {
@@ -371,7 +374,7 @@ export class ChartPanel extends HTMLElement {
 
   /** The address of this chart's data. @param {string} suffix */
   address(suffix) {
-    return apiUrl(`${this.source}.${suffix}`);
+    return apiUrl(`${this.source}.${suffix}`, this.query);
   }
 
   fit() {
@@ -385,12 +388,13 @@ export class ChartPanel extends HTMLElement {
 define("chart-panel", ChartPanel);
 
 /**
- * @param {{source: string, heading: string, bus?: CursorBus | null, hidden?: Set<string>, class?: string}} options
+ * @param {{source: string, query?: Query, heading: string, bus?: CursorBus | null, hidden?: Set<string>, class?: string}} options
  * @returns {ChartPanel}
  */
 export function chartPanel(options) {
   const panel = /** @type {ChartPanel} */ (document.createElement("chart-panel"));
   panel.source = options.source;
+  if (options.query) panel.query = options.query;
   panel.heading = options.heading;
   panel.bus = options.bus ?? null;
   if (options.hidden) panel.hiddenLabels = options.hidden;

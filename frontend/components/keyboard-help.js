@@ -17,6 +17,8 @@ const KEYS = [
   [["j", "k"], "keys.rows"],
   [["Enter"], "keys.open"],
   [["e"], "keys.edit"],
+  [["x"], "keys.pick"],
+  [["c"], "keys.compare"],
   [["←", "→"], "keys.cursor"],
   [["Esc"], "keys.escape"],
   [["?"], "keys.help"],
@@ -61,6 +63,8 @@ class KeyboardHelp extends HTMLElement {
     else if (event.key === "/") /** @type {HTMLElement | null} */ (document.querySelector("main input[type=search]"))?.focus();
     else if (event.key === "j" || event.key === "k") moveRow(event.key === "j" ? 1 : -1);
     else if (event.key === "e") inRow("[data-edit]")?.click();
+    else if (event.key === "x") inRow("[data-pick]")?.click();
+    else if (event.key === "c") /** @type {HTMLElement | null} */ (document.querySelector("main compare-tray:not([hidden]) [data-compare]"))?.click();
     else return;
     event.preventDefault();
   }

@@ -23,7 +23,7 @@ export class LegendChips extends HTMLElement {
   draw() {
     put(this, this.labels.map((label, index) => h("button", {
       type: "button", title: label, "aria-pressed": String(!this.hiddenLabels.has(label)), onclick: () => this.toggle(label),
-    }, swatch(index), h("span", null, label))));
+    }, swatch(index), ...chipText(label))));
   }
 
   /** @param {string} label */
@@ -36,6 +36,12 @@ export class LegendChips extends HTMLElement {
     /** @type {HTMLElement | undefined} */ (this.children[at])?.focus();
     this.onchoose(hidden);
   }
+}
+
+/** Of `run / entry` only the run's name may be cut short. @param {string} label */
+function chipText(label) {
+  const at = label.lastIndexOf(" / ");
+  return at < 0 ? [h("span", null, label)] : [h("span", null, label.slice(0, at)), h("span", { class: "whole" }, label.slice(at).trim())];
 }
 
 define("legend-chips", LegendChips);

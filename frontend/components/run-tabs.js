@@ -100,7 +100,7 @@ function swatchInline(index) {
  * @param {Row} row
  * @param {boolean} best
  */
-function metricCell(row, best) {
+export function metricCell(row, best) {
   const value = /** @type {number | null} */ (row.value);
   const unit = String(row.unit ?? "");
   const text = String(row.metric).endsWith("_share") ? formatShare(value) : formatQuantity(value, unit);

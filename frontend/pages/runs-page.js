@@ -13,6 +13,7 @@ import { keyMetric } from "../js/verdict.js";
 import { setTitle } from "../components/app-frame.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
 import { dataTable } from "../components/data-table.js";
+import { MOST_RUNS as MOST_COMPARED } from "../components/compare-tray.js";
 import { composeWith } from "../components/drop-zone.js";
 import { editButton, tagLinks } from "../components/run-name-form.js";
 import { emptyState, failed, loading, stateBadge } from "../components/states.js";
@@ -21,6 +22,7 @@ import { toast } from "../components/toast-area.js";
 /** @import { Algorithm, Page, Recording, Run } from "../types.d.ts" */
 /** @import { Key } from "../js/i18n.js" */
 /** @import { Route } from "../js/router.js" */
+/** @import { CompareTray } from "../components/compare-tray.js" */
 
 const STATES = ["queued", "running", "succeeded", "failed", "cancelled"];
 const FILTERS = ["text", "state", "algorithm", "recording", "tag"];
@@ -44,11 +46,19 @@ class RunsPage extends HTMLElement {
   asked = 0;
   /** @type {Record<string, HTMLInputElement | HTMLSelectElement>} */
   filters = {};
+  /** Ids of the runs that are ticked, in the order of the ticks. @type {string[]} */
+  picked = [];
+  /** Every run seen so far: what is ticked may be filtered away. @type {Map<string, Run>} */
+  known = new Map();
 
   connectedCallback() {
     setTitle(t("runs.title"));
     this.stop = new AbortController();
     const { signal } = this.stop;
+    this.picked = this.route.query.getAll("pick").slice(0, MOST_COMPARED);
+    this.tray = /** @type {CompareTray} */ (document.createElement("compare-tray"));
+    this.tray.onremove = (id) => this.pick(id, false);
+    this.tray.onclear = () => this.setPicked([]);
     this.body = h("div", { class: "card" }, loading());
     this.foot = h("div", { class: "row", style: "margin-top: 8px" });
     const picker = h("input", { type: "file", multiple: true, class: "sr-only", tabindex: -1, "aria-hidden": "true", onchange: () => composeWith([...(picker.files ?? [])]) });
@@ -58,7 +68,7 @@ class RunsPage extends HTMLElement {
         h("div", { class: "actions" }, h("a", { class: "button primary", href: "#/new" }, t("runs.new")))),
       h("div", { class: "dropline" }, h("span", null, t("runs.drop")),
         h("button", { type: "button", class: "link", onclick: () => picker.click() }, t("runs.choose_files")), picker),
-      this.body, this.foot);
+      this.body, this.foot, this.tray);
     this.look = throttled(() => this.load());
     document.addEventListener("visibilitychange", () => {
       if (document.visibilityState === "visible") this.look?.();
@@ -75,6 +85,7 @@ class RunsPage extends HTMLElement {
   /** @param {URLSearchParams} query */
   queryChanged(query) {
     for (const name of FILTERS) setField(this.filters[name], query.get(name) ?? "");
+    this.picked = query.getAll("pick").slice(0, MOST_COMPARED);
     this.filtered();
   }
 
@@ -180,6 +191,8 @@ class RunsPage extends HTMLElement {
 
   show() {
     const body = /** @type {HTMLElement} */ (this.body);
+    for (const run of this.runs) this.known.set(run.id, run);
+    this.tray?.show(this.picked, this.known);
     // A row that is being edited is not taken away; saving draws it anew.
     if (body.querySelector("form")) return;
     const filtered = Object.values(this.chosen()).some(Boolean);
@@ -188,7 +201,7 @@ class RunsPage extends HTMLElement {
     } else if (this.table?.isConnected) keepFocus(body, () => this.table?.setRows(this.runs));
     else {
       this.table = dataTable({
-        caption: t("runs.title"), rows: this.runs, fold: true, pageRows: Number.MAX_SAFE_INTEGER, link: (/** @type {Run} */ run) => routeTo(["runs", run.id]), columns: this.columns(),
+        caption: t("runs.title"), rows: this.runs, fold: true, pageRows: Number.MAX_SAFE_INTEGER, link: (/** @type {Run} */ run) => routeTo(["runs", run.id]), columns: this.columns(), isCurrent: (run) => this.picked.includes(run.id),
       });
       put(body, this.table);
     }
@@ -198,6 +211,7 @@ class RunsPage extends HTMLElement {
   /** @returns {import("../components/data-table.js").Column<Run>[]} */
   columns() {
     return [
+      { title: t("runs.pick"), quiet: true, cell: (run) => this.pickBox(run) },
       { title: t("runs.column_state"), cell: (run) => stateCell(run), sort: (run) => run.state },
       { title: t("runs.column_run"), head: true, cell: (run) => this.nameCell(run), sort: titleOf },
       { title: t("runs.column_algorithms"), wide: true, cell: (run) => h("span", { class: "break" }, run.algorithms.map((entry) => entry.label ?? entry.name).join(", ")) },
@@ -207,6 +221,37 @@ class RunsPage extends HTMLElement {
       { title: t("runs.column_created"), cell: (run) => h("span", { class: "nowrap muted" }, formatInstant(run.created_at)), sort: (run) => run.created_at },
       { title: t("table.actions"), quiet: true, cell: (run) => this.actions(run) },
     ];
+  }
+
+  /** @param {Run} run */
+  pickBox(run) {
+    const done = run.state === "succeeded";
+    const box = h("input", {
+      type: "checkbox", checked: this.picked.includes(run.id), disabled: !done, "aria-label": t("runs.pick_run", { name: titleOf(run) }), title: done ? null : t("runs.pick_unfinished"), data: { pick: run.id },
+      onchange: () => this.pick(run.id, box.checked),
+    });
+    return box;
+  }
+
+  /**
+   * @param {string} id
+   * @param {boolean} on
+   */
+  pick(id, on) {
+    const others = this.picked.filter((one) => one !== id);
+    if (on && others.length >= MOST_COMPARED) toast(t("runs.pick_most", { n: MOST_COMPARED }));
+    this.setPicked(on && others.length < MOST_COMPARED ? [...others, id] : others);
+  }
+
+  /** The boxes follow what is ticked; the rows stay, and with them the focus. @param {string[]} picked */
+  setPicked(picked) {
+    this.picked = picked;
+    rememberQuery({ pick: picked });
+    for (const box of /** @type {NodeListOf<HTMLInputElement>} */ (this.querySelectorAll("[data-pick]"))) {
+      box.checked = picked.includes(box.dataset.pick ?? "");
+      box.closest("tr")?.classList.toggle("current", box.checked);
+    }
+    this.tray?.show(picked, this.known);
   }
 
   /** @param {Run} run */
@@ -237,6 +282,7 @@ class RunsPage extends HTMLElement {
     try {
       await remove(`runs/${run.id}`);
       this.runs = this.runs.filter((one) => one.id !== run.id);
+      if (this.picked.includes(run.id)) this.pick(run.id, false);
       this.show();
       toast(t("toast.deleted"));
     } catch (error) {
