@@ -220,6 +220,8 @@ export interface Run {
   finished_at: string | null;
   error: ProblemBody | null;
   summary: Summary | null;
+  /** What the algorithms cite; null in lists. */
+  references?: Reference[] | null;
   software?: Record<string, unknown>;
   /** By label: every parameter as it was used. */
   settings?: Record<string, Record<string, { value: unknown; source: string }>> | null;

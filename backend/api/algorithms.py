@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
@@ -9,7 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from algorithms.recording import Kind
 from algorithms.references import REFERENCES
-from algorithms.spec import Algorithm
+from algorithms.spec import Algorithm, Reference
 from backend.api.responses import problems
 from backend.errors import NotFoundError
 from backend.http.etag import conditional
@@ -38,6 +39,12 @@ class ReferenceOut(_Model):
     key: str
     place: str
     text: str
+    """In full, as a bibliography has it."""
+
+    @classmethod
+    def of(cls, reference: Reference) -> ReferenceOut:
+        """Show a reference; one of a plugin that is not in our list of literature is shown by its key."""
+        return cls(key=reference.key, place=reference.place, text=REFERENCES.get(reference.key, reference.key))
 
 
 class AlgorithmOut(_Model):
@@ -76,9 +83,7 @@ class AlgorithmOut(_Model):
                 for o in algorithm.outputs
             ],
             charts=list(algorithm.charts),
-            references=[
-                ReferenceOut(key=r.key, place=r.place, text=REFERENCES.get(r.key, "")) for r in algorithm.references
-            ],
+            references=[ReferenceOut.of(r) for r in algorithm.references],
         )
 
 
@@ -93,6 +98,12 @@ def catalogue() -> dict[str, Algorithm]:
     from algorithms.registry import algorithms_by_name
 
     return algorithms_by_name()
+
+
+def references_of(names: Iterable[str]) -> list[ReferenceOut]:
+    """Return what these algorithms cite, each once; nothing for one that is no longer installed."""
+    found = [catalogue()[name] for name in names if name in catalogue()]
+    return [ReferenceOut.of(r) for r in dict.fromkeys(r for a in found for r in a.references)]
 
 
 @router.get("", name="list_algorithms", response_model=AlgorithmList, responses=problems())

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field
 
+from backend.api.algorithms import ReferenceOut
 from backend.db import runs as stored
 from backend.http.pagination import PageQuery
 
@@ -163,9 +164,19 @@ class RunOut(_Out):
     result_sha256: str | None
     size_bytes: int | None
     """Disk that the result file takes; null where there is none."""
+    references: list[ReferenceOut] | None
+    """What the algorithms of the run cite, each once; null in lists."""
 
     @classmethod
-    def of(cls, run: stored.Run, *, at: dt.datetime, size_bytes: int | None, queue_position: int | None = None) -> Self:
+    def of(
+        cls,
+        run: stored.Run,
+        *,
+        at: dt.datetime,
+        size_bytes: int | None,
+        queue_position: int | None = None,
+        references: list[ReferenceOut] | None = None,
+    ) -> Self:
         """Show a stored run."""
         entries = run.entries
         return cls(
@@ -190,6 +201,7 @@ class RunOut(_Out):
             software=None if run.software is None else dict(run.software),
             result_sha256=run.result_sha256,
             size_bytes=size_bytes,
+            references=references,
         )
 
 

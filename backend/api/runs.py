@@ -6,6 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 
+from backend.api.algorithms import references_of
 from backend.api.responses import content, problems
 from backend.api.run_request import checked
 from backend.api.run_schemas import RunIn, RunOut, RunPage, RunPatch, RunQuery, TagItem, TagList
@@ -171,7 +172,13 @@ def _shown(services: Services, run_id: str) -> RunOut:
     with services.database.read() as connection:
         run = stored.get_run(connection, run_id)
         position = stored.queue_position(connection, run)
-    return RunOut.of(run, at=now(), size_bytes=_size(services, run), queue_position=position)
+    return RunOut.of(
+        run,
+        at=now(),
+        size_bytes=_size(services, run),
+        queue_position=position,
+        references=references_of(entry.name for entry in run.algorithms),
+    )
 
 
 def _size(services: Services, run: stored.Run) -> int | None:

@@ -39,6 +39,20 @@ def test_finished_run_has_headline_settings_and_software(run: dict[str, Any]) ->
     assert run["created_at"] <= run["started_at"] <= run["finished_at"]
 
 
+def test_a_run_cites_its_papers_in_full(api: httpx2.Client, run: dict[str, Any]) -> None:
+    cited = {(r["key"], r["place"]): r["text"] for r in run["references"]}
+    assert set(cited) == {
+        (r["key"], r["place"])
+        for entry in run["algorithms"]
+        for r in api.get(f"/api/v1/algorithms/{entry['name']}").json()["references"]
+    }
+    assert len(cited) == len(run["references"]), "each once, although two algorithms cite it"
+    assert "DOI 10.17212/1727-2769-2023-4-77-90" in cited["chugunov2023", "eqs. (5)-(23)"]
+    assert min(len(text) for text in cited.values()) > 60
+    listed = api.get("/api/v1/runs").json()["items"]
+    assert {r["references"] is None for r in listed} == {True}
+
+
 @pytest.mark.parametrize(
     ("change", "code", "pointer"),
     [
