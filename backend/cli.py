@@ -1,4 +1,4 @@
-"""The command line: `filterroom serve`, `algorithms`, `migrate`, `openapi`.
+"""The command line: `filterroom serve`, `algorithms`, `backup`, `migrate`, `openapi`.
 
 Exit status: 0 done, 1 failed, 2 wrong usage. Everything heavy is imported by the command that needs it.
 """
@@ -64,8 +64,10 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--insecure-no-token", action="store_true", help="serve everybody who can reach the address")
     listing = add("algorithms", _algorithms, "List the algorithms.")
     migrate = add("migrate", _migrate, "Bring the database to the tables of this version.")
+    backup = add("backup", _backup, "Pack the data folder into one file, also while a server uses it.")
+    backup.add_argument("file", type=Path, metavar="FILE", help="archive to write: .tar, or .tar.gz to compress it")
     add("openapi", _openapi, "Print the description of the HTTP API.")
-    for command in (serve, migrate):
+    for command in (serve, migrate, backup):
         command.add_argument("--data", type=Path, metavar="DIR", help="data folder")
     listing.set_defaults(data=None)
     return parser
@@ -200,6 +202,27 @@ def _migrate(options: argparse.Namespace) -> int:
     where = settings.data_dir if not settings.database_url else "the given database"
     print(json.dumps({"migrated": True}) if options.json else f"{where} is up to date.")
     return DONE
+
+
+def _backup(options: argparse.Namespace) -> int:
+    from backend.backup import back_up
+
+    settings = _settings(data_dir=options.data)
+    if settings.database_url:
+        raise UsageError(
+            "FILTERROOM_DATABASE_URL names a database of its own: back it up with its tools, and copy the folder "
+            f"{settings.store_dir} afterwards."
+        )
+    done = back_up(settings.data_dir, options.file)
+    lost = {"missing": list(done.missing), "damaged": list(done.damaged)}
+    if options.json:
+        print(json.dumps({"file": str(options.file), "files": done.files, "bytes": done.size_bytes, **lost}))
+    else:
+        print(f"{options.file}: the database and {done.files} files, {done.size_bytes / 2**20:.1f} MiB.")
+        for what, hashes in lost.items():
+            if hashes:
+                print(f"filterroom: {len(hashes)} stored files are {what}: {', '.join(hashes)}", file=sys.stderr)
+    return FAILED if done.missing or done.damaged else DONE
 
 
 def _openapi(options: argparse.Namespace) -> int:

@@ -146,6 +146,7 @@ PROBLEMS: dict[str, Kind] = {
     "reader_memory": Kind("Reading needs too much memory", "The limit is FILTERROOM_READER_MEMORY_BYTES."),
     # Starting the program.
     "data_folder_in_use": Kind("Another server uses the data folder", "Stop it, or use another folder."),
+    "no_data": Kind("There is no data folder", "Give the folder that a server has used, with --data."),
     "database_newer": Kind("A newer version has written the database", "Install that version."),
     "database_url": Kind("The database's address cannot be used", "The detail says why."),
     "migration": Kind("The migration was undone", "Nothing was changed."),
