@@ -21,6 +21,7 @@ from backend.api import (
     problem_pages,
     recording_preview,
     recordings,
+    run_estimate,
     runs,
     service,
     tables,
@@ -132,7 +133,18 @@ def _bare(**options: Any) -> FastAPI:
     )
     problems.install(app)
     api = APIRouter(prefix="/api/v1")
-    for module in (algorithms, recordings, recording_preview, runs, tables, charts, compare, events, service):
+    for module in (
+        algorithms,
+        recordings,
+        recording_preview,
+        run_estimate,
+        runs,
+        tables,
+        charts,
+        compare,
+        events,
+        service,
+    ):
         api.include_router(module.router)
     api.include_router(runs.tags_router)
     app.include_router(api)
