@@ -4,7 +4,7 @@
 
 import { define, h, put } from "../js/dom.js";
 import { icon } from "../js/icons.js";
-import { t } from "../js/i18n.js";
+import { said, t } from "../js/i18n.js";
 import { swatch } from "../js/palette.js";
 import "./parameter-form.js";
 
@@ -118,7 +118,7 @@ export class AlgorithmEntries extends HTMLElement {
     const fits = this.algorithms.filter((algorithm) => !this.kind || algorithm.takes.includes(this.kind));
     put(this.adder, h("div", { class: "row", role: "group", "aria-label": t("compose.add"), style: "margin-bottom: 8px" },
       h("span", { class: "muted" }, t("compose.add")),
-      fits.map((algorithm) => h("button", { type: "button", title: `${algorithm.title}. ${algorithm.summary}`, data: { add: algorithm.name }, onclick: () => this.add(algorithm) }, icon("new"), algorithm.name))));
+      fits.map((algorithm) => h("button", { type: "button", title: `${said(algorithm.title)}. ${said(algorithm.summary)}`, data: { add: algorithm.name }, onclick: () => this.add(algorithm) }, icon("new"), algorithm.name))));
     put(this.list, this.entries.length ? this.entries.map((entry, i) => this.card(entry, i)) : h("p", { class: "card panel-state" }, t("compose.no_algorithms")));
   }
 
@@ -143,7 +143,7 @@ export class AlgorithmEntries extends HTMLElement {
     return h("section", { class: "card entry-card", "aria-label": entry.label || algorithm.name, data: { algorithm: algorithm.name } },
       h("div", { class: "card-head" },
         swatch(i), h("h3", null, algorithm.name),
-        h("span", { class: "muted small clip grow" }, algorithm.title),
+        h("span", { class: "muted small clip grow" }, said(algorithm.title)),
         h("input", {
           type: "text", value: entry.label, placeholder: algorithm.name, "aria-label": `${t("compose.label")}: ${algorithm.name}`, maxlength: 80, title: t("compose.label"), "aria-invalid": own?.has("label") ? "true" : null,
           oninput: (/** @type {Event} */ event) => {

@@ -329,7 +329,7 @@ export class ChartPanel extends HTMLElement {
    * @param {number | null} time
    */
   describe(points, time) {
-    const parts = describePoints(points, this.plot?.layout ?? {}, time);
+    const parts = describePoints(points, this.figure?.layout ?? {}, time);
     put(/** @type {HTMLElement} */ (this.strip), parts.map((part) => h("span", null,
       part.colour ? h("span", { class: "swatch", style: `border-color: ${part.colour}` }) : null,
       part.name, part.value ? " " : null, part.value ? h("b", null, part.value) : null)));

@@ -40,7 +40,7 @@ export class PlanTools extends HTMLElement {
 
   /** Metres for one unit of the plan's axes. */
   get unit_m() {
-    const title = axisTitle(this.panel?.plot?._fullLayout?.xaxis);
+    const title = axisTitle(this.panel?.figure?.layout.xaxis);
     return splitTitle(title).unit === "m" ? 1 : 1000;
   }
 
@@ -108,7 +108,7 @@ export class PlanTools extends HTMLElement {
   /** @param {Place} place */
   words(place) {
     const { range_m, azimuth_deg } = rangeAzimuth(place.east, place.north);
-    const words = [t("chart.place", { east: formatNumber(place.east / this.unit_m, 5), north: formatNumber(place.north / this.unit_m, 5), unit: this.unit_m === 1 ? "m" : "km" })];
+    const words = [t("chart.place", { east: formatNumber(place.east / this.unit_m, 5), north: formatNumber(place.north / this.unit_m, 5), unit: t(this.unit_m === 1 ? "unit.m" : "unit.km") })];
     if (this.origin) {
       const { latitude_deg, longitude_deg } = enuToGeodetic(this.origin, place.east, place.north);
       words.push(t(latitude_deg < 0 ? "plan.south" : "plan.north", { degrees: Math.abs(latitude_deg).toFixed(5) }) + " " + t(longitude_deg < 0 ? "plan.west" : "plan.east", { degrees: Math.abs(longitude_deg).toFixed(5) }));

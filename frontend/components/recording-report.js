@@ -42,8 +42,8 @@ export function siteWords(recording) {
 function spanOf(recording) {
   const span = recording.time_span_s;
   if (span === null || span === undefined) return "–";
-  if (typeof span === "number") return `${formatNumber(span, 4)} s`;
-  return `${formatNumber(span[1] - span[0], 4)} s`;
+  if (typeof span === "number") return `${formatNumber(span, 4)} ${t("unit.s")}`;
+  return `${formatNumber(span[1] - span[0], 4)} ${t("unit.s")}`;
 }
 
 /** @param {Recording} recording */

@@ -3,7 +3,7 @@
 
 import { h, put } from "../js/dom.js";
 import { apiUrl, getText } from "../js/api.js";
-import { t, told } from "../js/i18n.js";
+import { said, t, told } from "../js/i18n.js";
 import { formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { swatch } from "../js/palette.js";
 import { requestOf } from "../js/runs.js";
@@ -136,7 +136,7 @@ export function decisionsTab(run, bus) {
       { title: t("decisions.decision"), cell: (row) => told(`decision.${row.decision}`, String(row.decision ?? "")), sort: (row) => String(row.decision) },
       { title: t("decisions.distance"), number: true, cell: (row) => formatNumber(numberOf("distance")(row)), sort: numberOf("distance") },
       { title: t("decisions.threshold"), number: true, cell: (row) => formatNumber(numberOf("threshold")(row)), sort: numberOf("threshold") },
-      { title: t("decisions.reason"), wide: true, cell: (row) => h("span", { class: "break" }, row.reason === null ? "" : String(row.reason ?? "")) },
+      { title: t("decisions.reason"), wide: true, cell: (row) => h("span", { class: "break" }, row.reason === null ? "" : said(String(row.reason ?? ""))) },
     ]);
     const codes = [...new Set(rows.map((row) => String(row.decision)))];
     const labels = [...new Set(rows.map((row) => String(row.label)))];
@@ -236,7 +236,7 @@ export function parametersTab(run) {
     return h("section", { class: "stack", "aria-label": label },
       h("div", { class: "row" }, swatch(i), h("h3", { class: "break" }, label), h("a", { href: `#/algorithms/${encodeURIComponent(entry.name)}` }, entry.name),
         seconds ? h("span", { class: "muted small" }, formatDuration(seconds)) : null),
-      notes.length ? h("ul", { class: "notice stack tight" }, notes.map((note) => h("li", null, note.detail, note.count > 1 ? h("span", { class: "muted" }, ` (${formatCount(note.count)}×)`) : null))) : null,
+      notes.length ? h("ul", { class: "notice stack tight" }, notes.map((note) => h("li", null, said(note.detail), note.count > 1 ? h("span", { class: "muted" }, ` (${formatCount(note.count)}×)`) : null))) : null,
       settings.length ? h("div", { class: "table-wrap", tabindex: 0, role: "region", "aria-label": `${t("tab.parameters")}: ${label}` }, h("table", { data: { table: "settings" } },
         h("thead", null, h("tr", null, h("th", { scope: "col" }, t("algorithms.parameter")), h("th", { scope: "col", class: "number" }, t("parameters.used")), h("th", { scope: "col" }, t("parameters.source")))),
         h("tbody", null, settings.map(([name, setting]) => h("tr", null,

@@ -1,7 +1,7 @@
 // @ts-check
 // What the page does to the server's figures: colours of the theme, hidden entries, quiet hovers, finding marks.
 
-import { t } from "./i18n.js";
+import { said, t } from "./i18n.js";
 import { formatNumber, formatQuantity } from "./numbers.js";
 
 /** @import { Figure, Trace } from "../types.d.ts" */
@@ -43,7 +43,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
     if (!/^[xy]axis\d*$/.test(name)) continue;
     layout[name] = {
       ...layout[name],
-      title: { ...layout[name].title, text: axisTitle(layout[name]), font: { size: narrow ? 11 : 12 } },
+      title: { ...layout[name].title, text: said(axisTitle(layout[name])), font: { size: narrow ? 11 : 12 } },
       color: colours.text,
       gridcolor: colours.grid,
       zerolinecolor: colours.line,
@@ -54,6 +54,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
   if (layout.annotations) {
     layout.annotations = layout.annotations.map((/** @type {any} */ note) => ({
       ...note,
+      text: said(note.text ?? ""),
       font: { ...note.font, color: colours.muted },
       ...(note.arrowcolor ? { arrowcolor: colours.muted } : {}),
     }));
@@ -74,6 +75,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
  */
 function dressTrace(trace, { colours, dark, hidden }) {
   const copy = { ...trace };
+  if (trace.name) copy.name = traceName(trace);
   // Plotly compiles its WebGL commands from strings, which the page's policy forbids (no unsafe-eval): draw as SVG.
   if (copy.type === "scattergl") copy.type = "scatter";
   const role = trace.meta?.role;
@@ -100,6 +102,16 @@ function dressTrace(trace, { colours, dark, hidden }) {
   const label = trace.meta?.label;
   if (label && hidden.has(label)) copy.visible = false;
   return copy;
+}
+
+/**
+ * The name of a curve in the page's language; an entry's label in it stays as it is.
+ * @param {Trace} trace
+ */
+function traceName(trace) {
+  const label = trace.meta?.label;
+  if (!label) return said(trace.name);
+  return trace.name.startsWith(`${label}, `) ? `${label}, ${said(trace.name.slice(label.length + 2))}` : trace.name;
 }
 
 /** @param {string} colour */
@@ -171,7 +183,7 @@ export function describePoints(points, layout, time = null) {
     return !said.has(key) && said.add(key);
   });
   if (time === null) return values;
-  return [{ name: t("chart.time"), value: `${formatNumber(time, 5)} s`, colour: null }, ...instantOf(time, layout.meta?.start_utc), ...values];
+  return [{ name: t("chart.time"), value: `${formatNumber(time, 5)} ${t("unit.s")}`, colour: null }, ...instantOf(time, layout.meta?.start_utc), ...values];
 }
 
 /**
@@ -181,7 +193,7 @@ export function describePoints(points, layout, time = null) {
  */
 function placeOf(point, layout) {
   const unit = splitTitle(axisTitle(layout.xaxis)).unit;
-  return t("chart.place", { east: formatNumber(Number(point.x), 5), north: formatNumber(Number(point.y), 5), unit });
+  return t("chart.place", { east: formatNumber(Number(point.x), 5), north: formatNumber(Number(point.y), 5), unit: said(unit) });
 }
 
 /**

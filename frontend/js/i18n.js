@@ -13,6 +13,8 @@ export const LANGUAGES = /** @type {const} */ (["en", "ru"]);
 let dictionary = en;
 /** @type {Language} */
 let current = "en";
+/** The language's own words for what the server sends in English. @type {{codes: Record<string, string>, words: Record<string, string>, patterns: [RegExp, string][]} | null} */
+let server = null;
 let plurals = new Intl.PluralRules("en");
 
 /** The language in use. */
@@ -33,6 +35,7 @@ export function preferredLanguage() {
  */
 export async function setLanguage(name) {
   dictionary = name === "en" ? en : (await import(`../i18n/${name}.js`)).default;
+  server = name === "en" ? null : await import(`../i18n/${name}-server.js`);
   current = name;
   plurals = new Intl.PluralRules(name);
   document.documentElement.lang = name;
@@ -48,13 +51,27 @@ export function t(key, values = {}) {
 }
 
 /**
- * The text of a code that the server chose, or the fallback where the dictionary does not know it.
+ * The text of a code that the server chose; where the dictionary does not know it, the server's own words.
  * @param {string} key
  * @param {string} fallback
  */
 export function told(key, fallback) {
-  const entry = Object.hasOwn(dictionary, key) ? dictionary[key] : undefined;
-  return entry === undefined ? fallback : render(entry, {});
+  const entry = Object.hasOwn(dictionary, key) ? dictionary[key] : server?.codes[key];
+  return entry === undefined ? said(fallback) : render(entry, {});
+}
+
+/**
+ * What the server says in English, in the page's language where it is known there.
+ * @param {string} text
+ * @returns {string}
+ */
+export function said(text) {
+  if (!server || !text) return text;
+  const plain = text.replace(/\s+/g, " ").trim();
+  const known = Object.hasOwn(server.words, plain) ? server.words[plain] : undefined;
+  if (known !== undefined) return known;
+  for (const [pattern, words] of server.patterns) if (pattern.test(plain)) return plain.replace(pattern, words);
+  return text;
 }
 
 /**

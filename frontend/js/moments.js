@@ -57,6 +57,8 @@ export class Moments {
     return near.filter((point) => {
       const gap = Math.abs(point.time - time);
       if (point.trace.meta?.role === "rejected" && gap > SAME_S) return false;
+      // The nearest mark may be of another target: where a mark is looked at, only it counts.
+      if (row !== null && point.row !== null && point.row !== row && !isLine(point.trace)) return false;
       return isLine(point.trace) || gap <= (closest.get(point.trace.meta?.label ?? null) ?? 0) + SAME_S;
     });
   }

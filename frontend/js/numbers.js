@@ -1,6 +1,8 @@
 // @ts-check
 // Numbers as people type them and as the page shows them.
 
+import { said } from "./i18n.js";
+
 const THIN = "\u202f";
 
 /**
@@ -67,8 +69,8 @@ export function formatShare(share) {
  */
 export function formatQuantity(value, unit) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  if (unit === "m" && Math.abs(value) >= 10000) return `${formatNumber(value / 1000)} km`;
-  return unit && unit !== "1" ? `${formatNumber(value)} ${unit}` : formatNumber(value);
+  if (unit === "m" && Math.abs(value) >= 10000) return `${formatNumber(value / 1000)} ${said("km")}`;
+  return unit && unit !== "1" ? `${formatNumber(value)} ${said(unit)}` : formatNumber(value);
 }
 
 /**
@@ -77,10 +79,10 @@ export function formatQuantity(value, unit) {
  */
 export function formatDuration(seconds) {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return "–";
-  if (seconds < 60) return `${formatNumber(seconds, 2)} s`;
+  if (seconds < 60) return `${formatNumber(seconds, 2)} ${said("s")}`;
   const minutes = Math.floor(seconds / 60);
-  if (minutes < 60) return `${minutes} min ${Math.round(seconds % 60)} s`;
-  return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+  if (minutes < 60) return `${minutes} ${said("min")} ${Math.round(seconds % 60)} ${said("s")}`;
+  return `${Math.floor(minutes / 60)} ${said("h")} ${minutes % 60} ${said("min")}`;
 }
 
 /**
@@ -90,9 +92,9 @@ export function formatDuration(seconds) {
 export function formatBytes(bytes) {
   if (bytes === null || bytes === undefined) return "–";
   for (const [size, unit] of /** @type {[number, string][]} */ ([[1e9, "GB"], [1e6, "MB"], [1e3, "kB"]])) {
-    if (bytes >= size) return `${formatNumber(bytes / size)} ${unit}`;
+    if (bytes >= size) return `${formatNumber(bytes / size)} ${said(unit)}`;
   }
-  return `${bytes} B`;
+  return `${bytes} ${said("B")}`;
 }
 
 /** @param {string} text */

@@ -1,6 +1,7 @@
 // @ts-check
 // From an algorithm's JSON schema to the fields of its form, and from what was typed back to parameters.
 
+import { said } from "./i18n.js";
 import { parseNumber, formatCount, formatExact } from "./numbers.js";
 
 /** @import { ParameterSchema, ParametersSchema, Site, FieldError } from "../types.d.ts" */
@@ -64,9 +65,9 @@ function fieldOf(name, property, definitions) {
   const mostOpen = main.exclusiveMaximum ?? property.exclusiveMaximum;
   return {
     name,
-    title: property.title ?? name.charAt(0).toUpperCase() + name.slice(1).replaceAll("_", " "),
-    description: property.description ?? "",
-    unit: property.unit ?? "",
+    title: said(property.title ?? name.charAt(0).toUpperCase() + name.slice(1).replaceAll("_", " ")),
+    description: said(property.description ?? ""),
+    unit: said(property.unit ?? ""),
     symbol: property.symbol ?? "",
     group: property.group ?? "measurement",
     advanced: property.advanced ?? false,
@@ -77,7 +78,7 @@ function fieldOf(name, property, definitions) {
     fallback: property.fallback ?? null,
     choices: allowed.map((value) => ({
       value: /** @type {string | number} */ (value),
-      meaning: words[String(value)] ?? "",
+      meaning: said(words[String(value)] ?? ""),
     })),
     least: main.minimum ?? property.minimum ?? leastOpen ?? null,
     most: main.maximum ?? property.maximum ?? mostOpen ?? null,

@@ -3,7 +3,7 @@
 
 import { define, h, put } from "../js/dom.js";
 import { get } from "../js/api.js";
-import { t, told } from "../js/i18n.js";
+import { said, t, told } from "../js/i18n.js";
 import { formatExact } from "../js/numbers.js";
 import { routeTo } from "../js/router.js";
 import { fieldsOf, rangeOf } from "../js/schema.js";
@@ -25,7 +25,7 @@ class AlgorithmPage extends HTMLElement {
     try {
       /** @type {Algorithm} */
       const algorithm = await get(`algorithms/${encodeURIComponent(this.route.path[1] ?? "")}`, { signal: this.stop.signal });
-      setTitle(algorithm.title, t("algorithms.one"));
+      setTitle(said(algorithm.title), t("algorithms.one"));
       this.draw(algorithm);
     } catch (error) {
       if (!this.stop.signal.aborted) put(this, h("h1", { class: "sr-only" }, t("algorithms.one")), failed(error, { retry: () => this.connectedCallback() }));
@@ -41,10 +41,10 @@ class AlgorithmPage extends HTMLElement {
     const section = (/** @type {string} */ title, /** @type {Node} */ body) => h("section", { class: "card" },
       h("div", { class: "card-head" }, h("h2", null, title)), h("div", { class: "card-body" }, body));
     put(this,
-      h("div", { class: "page-head" }, h("h1", null, algorithm.title), h("code", { class: "muted" }, algorithm.name),
+      h("div", { class: "page-head" }, h("h1", null, said(algorithm.title)), h("code", { class: "muted" }, algorithm.name),
         h("div", { class: "actions" }, h("a", { class: "button primary", href: routeTo(["new"], { a: JSON.stringify({ name: algorithm.name }) }) }, t("algorithms.use")))),
       h("div", { class: "stack narrow" },
-        h("p", { style: "white-space: pre-line" }, algorithm.summary),
+        h("p", { style: "white-space: pre-line" }, said(algorithm.summary)),
         h("p", { class: "muted" }, t("algorithms.takes", { kinds: algorithm.takes.map((kind) => told(`kind.${kind}`, kind)).join(", ") })),
         section(t("algorithms.parameters"), parameterTable(fieldsOf(algorithm.parameters_schema))),
         section(t("algorithms.outputs"), outputTable(algorithm)),
@@ -77,7 +77,7 @@ function outputTable(algorithm) {
   return h("div", { class: "table-wrap", tabindex: 0, role: "region", "aria-label": t("algorithms.outputs") }, h("table", null,
     h("thead", null, h("tr", null, [t("algorithms.output"), t("algorithms.axes"), t("algorithms.unit"), t("algorithms.meaning")].map((one) => h("th", { scope: "col" }, one)))),
     h("tbody", null, algorithm.outputs.map((output) => h("tr", null,
-      h("th", { scope: "row" }, h("code", null, output.name)), h("td", null, output.axes.join(" × ")), h("td", { class: "nowrap" }, output.unit || "–"), h("td", null, output.meaning ?? ""))))));
+      h("th", { scope: "row" }, h("code", null, output.name)), h("td", null, output.axes.join(" × ")), h("td", { class: "nowrap" }, said(output.unit ?? "") || "–"), h("td", null, said(output.meaning ?? "")))))));
 }
 
 /** @param {Reference} reference */

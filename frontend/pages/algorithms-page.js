@@ -3,7 +3,7 @@
 
 import { define, h, put } from "../js/dom.js";
 import { get } from "../js/api.js";
-import { t, told } from "../js/i18n.js";
+import { said, t, told } from "../js/i18n.js";
 import { routeTo } from "../js/router.js";
 import { setTitle } from "../components/app-frame.js";
 import { failed, loading } from "../components/states.js";
@@ -24,8 +24,8 @@ class AlgorithmsPage extends HTMLElement {
           h("h2", null, told(`family.${family}`, family)),
           h("div", { class: "listing" }, items.filter((one) => one.family === family).map((one) =>
             h("a", { class: "card", href: routeTo(["algorithms", one.name]), data: { rowLink: "" } },
-              h("span", { class: "row" }, h("strong", null, one.title), h("code", { class: "muted" }, one.name)),
-              h("span", null, one.summary),
+              h("span", { class: "row" }, h("strong", null, said(one.title)), h("code", { class: "muted" }, one.name)),
+              h("span", null, said(one.summary)),
               h("span", { class: "small muted" }, one.takes.map((kind) => told(`kind.${kind}`, kind)).join(", "))))))));
     } catch (error) {
       if (!this.stop.signal.aborted) put(this, failed(error, { retry: () => this.connectedCallback() }));

@@ -228,7 +228,7 @@ class RunPage extends HTMLElement {
  */
 function progressText(run, share) {
   const percent = `${Math.round(share * 100)}\u202f%`;
-  return run.progress.eta_s ? t("run.progress_eta", { percent, eta: `${formatNumber(run.progress.eta_s, 2)} s` }) : percent;
+  return run.progress.eta_s ? t("run.progress_eta", { percent, eta: `${formatNumber(run.progress.eta_s, 2)} ${t("unit.s")}` }) : percent;
 }
 
 define("run-page", RunPage);

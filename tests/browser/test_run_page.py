@@ -125,3 +125,28 @@ def test_places_rings_and_distances_in_the_plan(visit: Callable[..., Visit]) -> 
     page.keyboard.press("Escape")
     expect(plan.locator("line.distance")).to_have_count(0)
     expect(plan.get_by_role("button", name="Distance")).to_have_attribute("aria-pressed", "false")
+
+
+def test_a_chart_is_taken_along_and_fills_the_screen(visit: Callable[..., Visit]) -> None:
+    visited = visit()
+    page = open_run(visited)
+    plan = panel_of(page, "Plan")
+    starts = {"PNG": b"\x89PNG", "SVG": b"<svg", "CSV": b"label,trace", "JSON": b'{"data"', "HTML": b"<!doctype html>"}
+    for kind, start in starts.items():
+        plan.get_by_role("button", name="More about this chart: Plan").click()
+        with page.expect_download() as download:
+            plan.locator(".menu").get_by_text(kind, exact=True).click()
+        path = download.value.path()
+        assert path.read_bytes()[:100].lower().startswith(start.lower()), kind
+        assert download.value.suggested_filename.endswith(f".{kind.lower()}"), download.value.suggested_filename
+
+    before = drawn(page, "Plan")["x_length"]
+    plan.get_by_role("button", name="Full screen: Plan").click()
+    page.wait_for_function("() => document.fullscreenElement?.localName === 'chart-panel'")
+    page.wait_for_function(
+        "(before) => document.fullscreenElement.querySelector('.plot')._fullLayout.xaxis._length > before * 1.3",
+        arg=before,
+    )
+    plan.get_by_role("button", name="Full screen: Plan").click()
+    page.wait_for_function("() => document.fullscreenElement === null")
+    visited.assert_clean()

@@ -1,0 +1,97 @@
+"""Whatever the server says in English and the page shows has Russian words in frontend/i18n."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from algorithms.multilateration import lanes
+from algorithms.registry import algorithms_by_name
+from algorithms.spec import Algorithm
+from backend.charts.catalogue import charts
+from backend.http.problem_codes import PROBLEMS
+
+ENTRY = re.compile(r'^ {2}("(?:[^"\\]|\\.)*"): ("(?:[^"\\]|\\.)*"),$', re.M)
+PATTERN = re.compile(r"^ {2}\[/(.+)/, \"", re.M)
+FAMILIES = ("multilateration",)
+
+
+@pytest.fixture(scope="module")
+def russian(repository: Path) -> dict[str, str]:
+    """Texts by key: the codes, and the server's English sentences."""
+    folder = repository / "frontend" / "i18n"
+    text = (folder / "ru.js").read_text("utf-8") + (folder / "ru-server.js").read_text("utf-8")
+    return {json.loads(key): json.loads(value) for key, value in ENTRY.findall(text)}
+
+
+@pytest.fixture(scope="module")
+def patterns(repository: Path) -> list[re.Pattern[str]]:
+    """Sentences with numbers in them."""
+    text = (repository / "frontend" / "i18n" / "ru-server.js").read_text("utf-8")
+    return [re.compile(one) for one in PATTERN.findall(text)]
+
+
+def _plain(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _texts_of(algorithm: Algorithm) -> list[str]:
+    texts = [algorithm.title, algorithm.summary, *(output.meaning for output in algorithm.outputs if output.meaning)]
+    for schema in algorithm.parameters.model_json_schema()["properties"].values():
+        texts += [schema.get("title", ""), schema.get("description", ""), *schema.get("choices", {}).values()]
+    return [_plain(text) for text in texts if text]
+
+
+@pytest.mark.parametrize(
+    "algorithm", [a for a in algorithms_by_name().values() if a.family in FAMILIES], ids=lambda a: a.name
+)
+def test_algorithms_and_their_parameters(algorithm: Algorithm, russian: dict[str, str]) -> None:
+    assert [text for text in _texts_of(algorithm) if text not in russian] == []
+
+
+def test_groups_of_parameters(russian: dict[str, str]) -> None:
+    groups = {
+        schema["group"]
+        for algorithm in algorithms_by_name().values()
+        for schema in algorithm.parameters.model_json_schema()["properties"].values()
+        if "group" in schema
+    }
+    assert [name for name in sorted(groups) if f"group.{name}" not in russian] == []
+
+
+def test_decisions_and_reasons(russian: dict[str, str]) -> None:
+    assert [code for code in lanes.STATUS if f"decision.{code}" not in russian] == []
+    assert [reason for reason in lanes.REASONS if reason and reason not in russian] == []
+
+
+def test_titles_of_charts(russian: dict[str, str]) -> None:
+    declared = [chart for source in ("run", "recording") for chart in charts(source).values()]
+    assert [c.name for c in declared if f"chart.{c.name}" not in russian and c.title not in russian] == []
+
+
+def test_axes_of_charts(russian: dict[str, str], patterns: list[re.Pattern[str]], repository: Path) -> None:
+    source = "".join(path.read_text("utf-8") for path in (repository / "backend" / "charts").glob("*.py"))
+    titles = re.findall(r'axis\(\s*f?"([^"{]+)"', source)
+    assert len(titles) >= 4
+    missing = [t for t in titles if t not in russian and not any(p.search(t) for p in patterns)]
+    assert missing == []
+
+
+def test_codes_of_problems(russian: dict[str, str]) -> None:
+    assert [code for code in PROBLEMS if f"problem.{code}" not in russian] == []
+
+
+def test_codes_of_rejections_and_warnings(russian: dict[str, str], repository: Path) -> None:
+    """Their list in docs/formats.md is held complete by a test of its own."""
+    text = (repository / "docs" / "formats.md").read_text("utf-8")
+    sections = {
+        "rejection": text.split("### Rejected rows")[1].split("\n### ")[0],
+        "warning": text.split("### Warnings")[1].split("\n### ")[0],
+    }
+    for kind, section in sections.items():
+        codes = re.findall(r"^\| `(\w+)` \|", section, re.M)
+        assert len(codes) > 10
+        assert [code for code in codes if f"{kind}.{code}" not in russian] == [], kind
