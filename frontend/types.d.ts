@@ -134,6 +134,14 @@ export interface Preview {
   native_columns: Record<string, { name: string; units: string[] }[]>;
 }
 
+/** What a run would take. */
+export interface RunEstimate {
+  seconds: number | null;
+  memory_bytes: number | null;
+  queue_position: number;
+  basis: { label: string; seconds: number | null; measured: number }[];
+}
+
 export interface ParameterSchema {
   title?: string;
   description?: string;

@@ -319,6 +319,10 @@ export default {
   "compose.run_label_hint": "the recording’s name",
   "compose.start": "Start",
   "compose.seed": "seed {seed}",
+  "compose.takes_about": "about {time}",
+  "compose.not_measured": "time not measured yet",
+  "compose.memory": "{size} of measurements in memory",
+  "compose.waits_for": { one: "after {n} other run", other: "after {n} other runs" },
   "compose.errors_above": "The marked fields need a correction.",
   // forms
   "form.more": "More ({n})",

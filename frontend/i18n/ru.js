@@ -320,6 +320,10 @@ export default {
   "compose.run_label_hint": "название записи",
   "compose.start": "Запустить",
   "compose.seed": "зерно {seed}",
+  "compose.takes_about": "около {time}",
+  "compose.not_measured": "время ещё не измерено",
+  "compose.memory": "{size} измерений в памяти",
+  "compose.waits_for": { one: "после {n} другого расчёта", few: "после {n} других расчётов", many: "после {n} других расчётов", other: "после {n} других расчётов" },
   "compose.errors_above": "Исправьте отмеченные поля.",
   // forms
   "form.more": "Ещё ({n})",

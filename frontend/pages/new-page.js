@@ -5,6 +5,7 @@ import { define, h, put, uniqueId } from "../js/dom.js";
 import { Problem, get, listAll, post } from "../js/api.js";
 import { t } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
+import { formatBytes, formatDuration } from "../js/numbers.js";
 import { go, rememberQuery, routeTo } from "../js/router.js";
 import { placeErrors } from "../js/schema.js";
 import { setTitle } from "../components/app-frame.js";
@@ -16,7 +17,7 @@ import { toast } from "../components/toast-area.js";
 import "../components/algorithm-entries.js";
 import "../components/recording-upload.js";
 
-/** @import { Algorithm, Recording, Run, RunEntry } from "../types.d.ts" */
+/** @import { Algorithm, Recording, Run, RunEntry, RunEstimate } from "../types.d.ts" */
 /** @import { Route } from "../js/router.js" */
 /** @import { AlgorithmEntries } from "../components/algorithm-entries.js" */
 /** @import { RecordingUpload } from "../components/recording-upload.js" */
@@ -51,6 +52,7 @@ class NewPage extends HTMLElement {
 
   disconnectedCallback() {
     this.stop?.abort();
+    clearTimeout(this.asking);
     this.unwatch?.();
   }
 
@@ -85,6 +87,7 @@ class NewPage extends HTMLElement {
         h("div", { class: "field" }, h("label", { for: label, class: "small muted" }, t("compose.run_label")), this.label),
         h("div", { class: "field" }, h("label", { for: tags, class: "small muted" }, t("run.tags")), this.tags),
         this.seed ? h("span", { class: "small muted" }, t("compose.seed", { seed: this.seed })) : null,
+        this.estimate = h("span", { class: "small muted", role: "status" }),
         this.message, this.start));
     const wanted = query.getAll("a").flatMap(readEntry);
     const unknown = this.entries.setEntries(wanted);
@@ -170,6 +173,21 @@ class NewPage extends HTMLElement {
     if (!this.start || !this.entries) return;
     const { entries, wrong } = this.entries.read();
     this.start.disabled = this.busy === true || this.recording?.state !== "ready" || !entries.length || wrong;
+    clearTimeout(this.asking);
+    if (this.start.disabled) put(/** @type {HTMLElement} */ (this.estimate));
+    else this.asking = setTimeout(() => this.ask(), 300);
+  }
+
+  /** What the run would take; an answer to an earlier choice is not shown, and what is wrong is said at the start. */
+  async ask() {
+    const body = { algorithms: this.entries?.read().entries ?? [], recording_id: this.recording?.id };
+    const asked = (this.asked = JSON.stringify(body));
+    /** @type {RunEstimate | null} */
+    const found = await post("runs/estimate", body).catch((error) => {
+      if (error instanceof Problem) return null;
+      throw error;
+    });
+    if (this.asked === asked && this.start?.disabled === false) put(/** @type {HTMLElement} */ (this.estimate), found ? estimateWords(found) : "");
   }
 
   async submit() {
@@ -199,6 +217,15 @@ class NewPage extends HTMLElement {
     if (rest.length || !entries.size) put(/** @type {HTMLElement} */ (this.message), failed(error));
     else put(/** @type {HTMLElement} */ (this.message), h("p", { class: "bad", role: "alert" }, t("compose.errors_above")));
   }
+}
+
+/** @param {RunEstimate} found */
+function estimateWords(found) {
+  return [
+    found.seconds === null ? t("compose.not_measured") : t("compose.takes_about", { time: formatDuration(found.seconds) }),
+    found.memory_bytes === null ? "" : t("compose.memory", { size: formatBytes(found.memory_bytes) }),
+    found.queue_position ? t("compose.waits_for", { n: found.queue_position }) : "",
+  ].filter(Boolean).join(" · ");
 }
 
 /** @param {string} text @returns {RunEntry[]} */
