@@ -213,27 +213,29 @@ def _measure(which, setup, track, now, go, rows):
 
 
 @kernel
-def _measure_rivals(lanes, setup, track, now, rows):
-    """Update the second hypothesis of the lanes that have one; keep the better in front."""
-    go = np.zeros(LANES)
-    nis = now.nis.copy()
-    scale = now.scale.copy()
+def _turn_to_rivals(lanes, track, now):
+    """Set the mark up for the second hypotheses of the lanes that have one; remember what the first ones made of it."""
     for lane in range(LANES):
-        if lane < lanes and track.rival[lane] == 1:
-            go[lane] = now.go[lane]
+        now.first_nis[lane] = now.nis[lane]
+        now.first_scale[lane] = now.scale[lane]
+        now.rival_go[lane] = now.go[lane] if lane < lanes and track.rival[lane] == 1 else 0.0
         for a in range(3):
             now.at[a, lane] = track.x[1, 3 * a, lane]
-    _measure(1, setup, track, now, go, rows)
-    now.nis[:] = nis
-    now.scale[:] = scale
+
+
+@kernel
+def _settle_rivals(lanes, track, now):
+    """Keep the better of two hypotheses in front; forget the worse once the data have decided."""
     for lane in range(lanes):
-        if go[lane] > 0.0:
+        now.nis[lane] = now.first_nis[lane]
+        now.scale[lane] = now.first_scale[lane]
+        if now.rival_go[lane] > 0.0:
             _settle_rival(lane, track)
 
 
 @kernel
 def _settle_rival(lane, track):
-    """Keep the better of two hypotheses in front; forget the worse once the data have decided."""
+    """Settle one lane."""
     if track.cost[1, lane] < track.cost[0, lane]:
         for i in range(9):
             keep = track.x[0, i, lane]
@@ -391,8 +393,12 @@ def filter_marks(marks, setup, track, now, rows, report, first, stop):
             for a in range(3):
                 now.at[a, lane] = track.x[0, 3 * a, lane]
         decide(lanes, gate, setup, track, now)
-        _measure(0, setup, track, now, now.go, rows)
+        # One place that measures, so that it is compiled once: first the tracks, then their rivals.
+        for which in range(2 if rivals > 0 else 1):
+            if which == 1:
+                _turn_to_rivals(lanes, track, now)
+            _measure(which, setup, track, now, now.go if which == 0 else now.rival_go, rows)
         if rivals > 0:
-            _measure_rivals(lanes, setup, track, now, rows)
+            _settle_rivals(lanes, track, now)
         _conclude(lanes, setup, track, now)
         _write(k, lanes, setup, track, now, report)

@@ -169,6 +169,11 @@ class Now(NamedTuple):
     dof: Ints
     nis: Floats
     scale: Floats
+    rival_go: Floats
+    """`go` of the second hypotheses"""
+    first_nis: Floats
+    first_scale: Floats
+    """What the first hypothesis made of the mark, while the second is measured."""
     determinant: Floats
     """Product of S / R over the rows: what the likelihood needs besides NIS."""
     took: Ints
@@ -215,6 +220,9 @@ def new_now(stations: int) -> Now:
         dof=np.zeros(LANES, np.int64),
         nis=np.zeros(LANES),
         scale=np.ones(LANES),
+        rival_go=np.zeros(LANES),
+        first_nis=np.zeros(LANES),
+        first_scale=np.ones(LANES),
         determinant=np.ones(LANES),
         took=np.zeros(LANES, np.int64),
         shown=np.zeros(LANES),

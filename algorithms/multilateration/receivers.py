@@ -110,7 +110,7 @@ def assess_receivers(recording: ToaMarks, parameters: AltitudeParameters) -> lis
     # The marks of a bad receiver are those that gate and spread would reject.
     conditions = replace(conditions, residual_gate_m=1e9, spread_limit=np.full_like(conditions.spread_limit, 1e12))
     toa = toa_of(recording, conditions)[:, :, :1].copy()
-    altitude = recording.altitude_m[:, :1]
+    altitude = np.ascontiguousarray(recording.altitude_m[:, :1])
     count = np.isfinite(toa[:, :, 0]).sum(axis=0)
     verdicts = [Assessment(False, None) if n >= FEWEST_RECEPTIONS else Assessment(None, TOO_FEW) for n in count]
     if len(recording) > MOST_MARKS:
