@@ -71,6 +71,8 @@ def test_a_run_is_started_by_keyboard_alone(visit: Callable[..., Visit]) -> None
     page.keyboard.press("Space")
     tab_to(page, "[data-add=single_mark]")
     page.keyboard.press("Enter")
+    # Tab passes over a button that is still disabled.
+    expect(page.locator(".startbar button").first).to_be_enabled()
     tab_to(page, ".startbar button")
     expect(page.locator(":focus")).to_be_enabled()
     page.keyboard.press("Enter")
