@@ -16,7 +16,7 @@ from playwright.sync_api import Page, expect
 from tests.browser.charts import drawn
 from tests.browser.conftest import Server, Visit
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]  # whole flows: CI runs them, the quick suite does not
 
 
 def ask(server: Server, method: str, path: str, body: Any = None) -> Any:

@@ -12,7 +12,7 @@ from tests.browser.charts import drawn, panel_of
 from tests.browser.conftest import Visit
 from tests.browser.test_page import sample_run
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.slow]  # whole flows: CI runs them, the quick suite does not
 OVER_TIME = ("Horizontal error", "NIS", "Altitude", "Receptions")
 
 
