@@ -139,7 +139,12 @@ def _local_cluster(settings: Settings) -> LocalCluster:
         local_directory=str(scratch),
         silence_logs=logging.ERROR,
         # Ctrl-C in a terminal reaches the whole group; only the server decides when to end.
-        preload=["import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"],
+        # A worker told to stop between two heartbeats logs a traceback as an error; what concerns a run comes back
+        # with its block, and lost workers are the engine's to report.
+        preload=[
+            "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)",
+            "import logging; logging.getLogger('distributed.worker').setLevel(logging.CRITICAL)",
+        ],
         env={} if settings.kernel_cache is None else {"FILTERROOM_KERNEL_CACHE": str(settings.kernel_cache)},
     )
 
