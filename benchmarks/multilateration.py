@@ -95,11 +95,7 @@ def stone_soup(recording: ToaMarks, marks: int, *, analytic: bool) -> Callable[[
     """Prepare Stone Soup's extended Kalman filter on the same marks; its own numerical Jacobian, or an analytic one."""
     from stonesoup.base import Property
     from stonesoup.models.measurement.nonlinear import NonLinearGaussianMeasurement
-    from stonesoup.models.transition.linear import (  # noqa: F401
-        CombinedLinearGaussianTransitionModel,
-        ConstantAcceleration,
-        RandomWalk,
-    )
+    from stonesoup.models.transition.linear import CombinedLinearGaussianTransitionModel, ConstantAcceleration
     from stonesoup.predictor.kalman import KalmanPredictor
     from stonesoup.types.array import CovarianceMatrix, StateVector
     from stonesoup.types.detection import Detection

@@ -14,7 +14,7 @@ from algorithms.recording import ToaMarks
 from algorithms.toolbox.bounds.one_mark import one_mark_covariance
 from algorithms.toolbox.frames import earth as earths
 from algorithms.toolbox.kernels.symmetric import pack, unpack
-from algorithms.toolbox.motion.jerk import predict_jerk, process_noise
+from algorithms.toolbox.motion.jerk import predict_jerk
 
 C = 299_792_458.0
 SPHERE = earths.sphere()
@@ -111,7 +111,9 @@ def test_prediction_9_2() -> None:
     x, p = np.repeat(STATE[:, None], 16, axis=1), np.repeat(pack(PRIOR)[:, None], 16, axis=1)
     predict_jerk(x, p, np.full(16, 2.0), 0.1, 2)
     assert np.sqrt(np.diag(unpack(p[:, 0])))[:3] == pytest.approx([404.479933, 30.067036, 1.009950], abs=1e-6)
-    assert process_noise(2.0, 0.1, "white")[:3, :3] == pytest.approx(
+    nothing, noise = np.zeros((9, 16)), np.zeros((45, 16))
+    predict_jerk(nothing, noise, np.full(16, 2.0), 0.1, 2)
+    assert unpack(noise[:, 0])[:3, :3] == pytest.approx(
         np.array([[0.016, 0.02, 0.0133333], [0.02, 0.0266667, 0.02], [0.0133333, 0.02, 0.02]]), abs=5e-8
     )
 

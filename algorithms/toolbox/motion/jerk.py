@@ -18,7 +18,6 @@ four digits.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from algorithms.toolbox.kernels import LANES, kernel
 
@@ -26,24 +25,6 @@ PROCESS_NOISE = ("paper", "pwc", "white")
 """Names of the forms; a kernel takes the position in this tuple."""
 
 T_REF_S = 1.0
-
-
-def transition_matrix(t: float) -> NDArray[np.float64]:
-    """(9, 9) F over t seconds; the dense statement used outside the kernels."""
-    f1 = np.array([[1.0, t, t * t / 2], [0.0, 1.0, t], [0.0, 0.0, 1.0]])
-    return np.asarray(np.kron(np.eye(3), f1), np.float64)
-
-
-def process_noise(t: float, sigma_jerk_mps3: float, form: str) -> NDArray[np.float64]:
-    """(9, 9) Q over t seconds; the dense statement used outside the kernels."""
-    if form == "white":
-        q1 = np.array([[t**5 / 20, t**4 / 8, t**3 / 6], [t**4 / 8, t**3 / 3, t**2 / 2], [t**3 / 6, t**2 / 2, t]]) * (
-            sigma_jerk_mps3**2 * T_REF_S
-        )
-    else:
-        g = np.array([0.0, 0.0, t] if form == "paper" else [t**3 / 6, t**2 / 2, t])
-        q1 = sigma_jerk_mps3**2 * np.outer(g, g)
-    return np.asarray(np.kron(np.eye(3), q1), np.float64)
 
 
 @kernel
