@@ -23,6 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from algorithms.recording import Kind, Recording
 from algorithms.result import Metric, Output, Result, Table
+from algorithms.scores import Floats, Scores
 
 
 class Parameters(BaseModel):
@@ -78,11 +79,20 @@ class Reference:
     place: str = ""
 
 
+def trial_stream(seed: int, trial: int, purpose: int = 0) -> np.random.Generator:
+    """Random stream of one trial for one purpose: it depends on nothing else.
+
+    Purpose 0 is the algorithm's own (a start drawn around the truth); a scenario numbers its kinds of draws from 1,
+    so that switching one effect on leaves the draws of the others as they were.
+    """
+    return np.random.default_rng(np.random.SeedSequence(entropy=seed, spawn_key=(trial, purpose)))
+
+
 class RunContext(Protocol):
     """What a run may ask of its surroundings."""
 
-    def random(self, trial: int) -> np.random.Generator:
-        """Random stream of one trial; the same for any block, worker or machine."""
+    def random(self, lane: int) -> np.random.Generator:
+        """Random stream of the trial in a lane of the recording; the same for any cut, worker or machine."""
 
     def progress(self, share: float) -> None:
         """Report the finished share (0 to 1) of this call."""
@@ -96,10 +106,12 @@ class LocalContext:
     """A context without a server: streams from `seed`, no progress, never cancelled."""
 
     seed: int = 0
+    first_trial: int = 0
+    """Trial in the recording's lane 0."""
 
-    def random(self, trial: int) -> np.random.Generator:
-        """Random stream of one trial, apart from the one that draws its measurement noise."""
-        return np.random.default_rng(np.random.SeedSequence(entropy=self.seed, spawn_key=(trial, 1)))
+    def random(self, lane: int) -> np.random.Generator:
+        """Random stream of the trial in a lane, apart from the ones that draw its measurements."""
+        return trial_stream(self.seed, self.first_trial + lane)
 
     def progress(self, share: float) -> None:
         """Do nothing."""
@@ -127,6 +139,19 @@ class Algorithm:
     run: Run
     tabulate: Callable[[Any, Result], dict[str, Table]]
     measure: Callable[[Any, Result], list[Metric]]
+    score: Callable[[Any, Any, RunContext], Scores] | None = None
+    """(simulated recording with truth, parameters, context) -> what is added up over trials; None = no Monte Carlo."""
+    bound: Callable[[Any, Any], Floats | None] | None = None
+    """(simulated recording, parameters) -> (M,) m, lower bound of the rms horizontal error at each row; None = none."""
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A named interval of a scenario, start_s <= t < stop_s, whose metrics are given apart."""
+
+    name: str
+    start_s: float
+    stop_s: float
 
 
 @dataclass(frozen=True)
@@ -140,5 +165,10 @@ class Scenario:
     kind: Kind
     parameters: type[Parameters]
     simulate: Callable[[Any, tuple[int, ...], int], Recording]
-    """(parameters, trials, seed) -> Recording whose trial axis is as long as `trials`."""
+    """(parameters, trials, seed) -> Recording whose trial axis is as long as `trials`, with truth and site.
+
+    Times, targets and truth are the same for all trials; everything drawn for a trial comes from `trial_stream`.
+    """
+    legs: Callable[[Any], tuple[Leg, ...]] = lambda _: ()
+    """Named intervals of the scenario with these parameters."""
     references: tuple[Reference, ...] = ()

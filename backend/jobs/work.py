@@ -24,6 +24,7 @@ from algorithms.errors import AlgorithmError, FilterRoomError, InputError, Param
 from algorithms.recording import recording_from_arrays
 from algorithms.registry import algorithms_by_name
 from algorithms.result import Metric, Table
+from algorithms.spec import trial_stream
 
 # Seconds between two reports of progress.
 REPORT_S = 0.25
@@ -71,11 +72,12 @@ class BlockContext:
     token: str
     seed: int
     report: Callable[[float], None]
+    first_trial: int = 0
     _next_report: float = 0.0
 
-    def random(self, trial: int) -> np.random.Generator:
-        """Random stream of one trial; it depends on seed and trial only."""
-        return np.random.default_rng(np.random.SeedSequence(entropy=self.seed, spawn_key=(trial,)))
+    def random(self, lane: int) -> np.random.Generator:
+        """Random stream of the trial in a lane; it depends on seed and trial only."""
+        return trial_stream(self.seed, self.first_trial + lane)
 
     def progress(self, share: float) -> None:
         """Report the finished share, at most four times a second."""

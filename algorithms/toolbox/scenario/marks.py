@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.spec import trial_stream
 from algorithms.toolbox.frames.earth import altitude_from_position
-from algorithms.toolbox.scenario.draws import stream
 from algorithms.toolbox.scenario.trajectory import Trajectory
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 
@@ -62,7 +62,7 @@ def simulate_marks(
     altitude = np.empty((marks, lanes))
     emission = np.empty((marks, lanes))
     for lane, trial in enumerate(trials):
-        rng = stream(seed, trial)
+        rng = trial_stream(seed, trial, 1)
         emission[:, lane] = noise.gate_length_s * rng.random(marks)
         timing = noise.sigma_toa_s * rng.standard_normal((marks, count))
         received = rng.random((marks, count)) < noise.reception_probability
