@@ -20,6 +20,55 @@ Kind = Literal["toa_marks", "polar_plots", "antenna_plots", "doppler_pairs"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# In an .npz file the arrays of true paths stand beside those of the rows, under this prefix.
+_TRACKS = "truth_tracks/"
+_TRACK_ARRAYS = ("time_s", "target", "position_m", "velocity_mps")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TruthTracks:
+    """Where targets truly went, whole: also where nothing measured them, and where no row can be told its target.
+
+    Attributes
+    ----------
+    time_s : (K,) float, s on the recording's clock, rising within each target
+    target : (K,) int, index into `targets`, rising
+    position_m : (K, 3) float, m, true ENU position
+    velocity_mps : (K, 3) float, m/s; NaN where it was not given
+    targets : names of their own; a target of the recording is the same one where the names are equal
+    """
+
+    time_s: Floats
+    target: Ints
+    position_m: Floats
+    velocity_mps: Floats
+    targets: tuple[str, ...] = ("",)
+
+    @classmethod
+    def of(
+        cls, time_s: Floats, target: Ints, position_m: Floats, velocity_mps: Floats, targets: tuple[str, ...]
+    ) -> TruthTracks | None:
+        """Put points into order and leave out those without a position; None where nothing remains."""
+        known = np.flatnonzero(np.isfinite(position_m).all(axis=1))
+        order = known[np.lexsort((time_s[known], target[known]))]
+        if not order.size:
+            return None
+        return cls(
+            time_s=time_s[order],
+            target=target[order],
+            position_m=position_m[order],
+            velocity_mps=velocity_mps[order],
+            targets=targets,
+        )
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return int(self.time_s.shape[0])
+
+    def points_of(self, target: int) -> Ints:
+        """Positions of the points of one target, in time order."""
+        return np.arange(*np.searchsorted(self.target, (target, target + 1)))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
@@ -33,6 +82,7 @@ class Recording:
     targets : names of the emitters / targets
     truth_m : (M, 3) float, m, true ENU position at the instant of the measurement; NaN where unknown
     truth_velocity_mps : (M, 3) float, m/s, or NaN
+    truth_tracks : the true paths as they were given, whether or not rows could be told their positions; or None
     site : where the stations stand; None until the user gives one
     start_utc : ISO 8601 with Z, or None
     """
@@ -45,6 +95,7 @@ class Recording:
     targets: tuple[str, ...] = ("",)
     truth_m: Floats = field(default_factory=lambda: np.empty((0, 3)))
     truth_velocity_mps: Floats = field(default_factory=lambda: np.empty((0, 3)))
+    truth_tracks: TruthTracks | None = None
     site: Site | None = None
     start_utc: str | None = None
 
@@ -68,7 +119,7 @@ class Recording:
         return np.flatnonzero(self.target == target)
 
     def take(self, positions: Ints) -> Self:
-        """Return the same recording with only these rows."""
+        """Return the same recording with only these rows; the true paths stay whole."""
         arrays = {
             f.name: getattr(self, f.name)[positions]
             for f in fields(self)
@@ -79,9 +130,11 @@ class Recording:
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Plain arrays for an .npz file; the rest travels as JSON in the member `meta`."""
         arrays = {f.name: getattr(self, f.name) for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray)}
-        meta: dict[str, Any] = {
-            f.name: getattr(self, f.name) for f in fields(self) if f.name not in arrays and f.name != "site"
-        }
+        apart = {"site", "truth_tracks", *arrays}
+        meta: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in apart}
+        if self.truth_tracks is not None:
+            arrays |= {_TRACKS + n: getattr(self.truth_tracks, n) for n in _TRACK_ARRAYS}
+            meta["truth_targets"] = self.truth_tracks.targets
         meta["kind"] = self.kind
         meta["site"] = self.site.to_json() if self.site is not None else None
         arrays["meta"] = np.frombuffer(json.dumps(meta).encode(), dtype=np.uint8)
@@ -189,5 +242,9 @@ def recording_from_arrays(arrays: Mapping[str, NDArray[Any]]) -> Recording:
     kind = KINDS[meta.pop("kind")]
     site = meta.pop("site")
     given: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in meta.items()}
-    given |= {k: np.asarray(v) for k, v in arrays.items() if k != "meta"}
+    targets = given.pop("truth_targets", None)
+    if targets is not None:
+        tracks = {n: np.asarray(arrays[_TRACKS + n]) for n in _TRACK_ARRAYS}
+        given["truth_tracks"] = TruthTracks(**tracks, targets=targets)
+    given |= {k: np.asarray(v) for k, v in arrays.items() if k != "meta" and not k.startswith(_TRACKS)}
     return kind(**given, site=Site.model_validate(site) if site is not None else None)

@@ -51,15 +51,24 @@ class Plane:
     notes: list[ChartNote] = field(default_factory=list)
 
     def add_truth(self, recording: Recording) -> None:
-        """True paths: one broken line for all targets."""
-        if not recording.has_truth:
+        """True paths: one broken line for all targets, from the whole paths where they are known."""
+        tracks = recording.truth_tracks
+        if tracks is not None:
+            # Truth of a whole day must not shrink the minutes that were measured.
+            seen = (tracks.time_s >= recording.time_s.min()) & (tracks.time_s <= recording.time_s.max())
+            target, time, position = tracks.target[seen], tracks.time_s[seen], tracks.position_m[seen]
+            names, row, when = tracks.targets, np.full(len(time), -1), "%{text:.3f} s"
+        elif recording.has_truth:
+            order = np.lexsort((recording.time_s, recording.target))
+            target, time, row = recording.target[order], recording.time_s[order], recording.row[order]
+            position, names, when = recording.truth_m[order], recording.targets, MARK
+        else:
             return
-        order = np.lexsort((recording.time_s, recording.target))
-        target, time = recording.target[order], recording.time_s[order]
-        east, north = recording.truth_m[order, 0], recording.truth_m[order, 1]
+        east, north = position[:, 0], position[:, 1]
         points = curve(time, (east, north), line_starts(target, time), self.options.curve_points)
+        if points.of == 0:
+            return
         self.picked.append(points)
-        names = np.array(recording.targets, object)[target]
         self.traces.append(
             trace(
                 "truth",
@@ -70,9 +79,9 @@ class Plane:
                 mode="lines+markers" if points.shown <= theme.DOTTED_TRUTH else "lines",
                 line={"color": theme.TRUTH, "width": 1, "dash": "dash"},
                 marker={"color": theme.TRUTH, "size": 2.5},
-                customdata=points.take(recording.row[order]),
+                customdata=points.take(row),
                 text=points.take(time),
-                **hover(points, "true position", f"{PLACE}<br>{MARK}", [("target", names)]),
+                **hover(points, "true position", f"{PLACE}<br>{when}", [("target", np.array(names, object)[target])]),
             )
         )
 

@@ -181,7 +181,10 @@ def _with_start(recording: Recording, epoch_s: int | None, start_utc: str | None
     if start_utc is None:
         return replace(recording, start_utc=utc_text(epoch_s))
     shift_s = epoch_s - utc_seconds(start_utc)
-    return replace(recording, time_s=recording.time_s + shift_s, start_utc=start_utc)
+    tracks = recording.truth_tracks
+    if tracks is not None:
+        tracks = replace(tracks, time_s=tracks.time_s + shift_s)
+    return replace(recording, time_s=recording.time_s + shift_s, truth_tracks=tracks, start_utc=start_utc)
 
 
 def _summed(warnings: Sequence[ReadWarning]) -> list[ReadWarning]:

@@ -13,7 +13,7 @@ import numpy as np
 import pymap3d
 
 from algorithms.errors import InputError
-from algorithms.recording import Floats, Ints, Kind, Recording
+from algorithms.recording import Floats, Ints, Kind, Recording, TruthTracks
 from algorithms.site import Origin
 from backend.files.columns import Mask, read_timed_columns
 from backend.files.content import NamedFile, inspect
@@ -137,6 +137,8 @@ def attach_truth(
 ) -> Recording:
     """Give each row the truth of its time and target; count what finds no partner on either side.
 
+    The paths themselves become the recording's `truth_tracks`.
+
     `shift_s` is added to the times of the truth. A shift that the data themselves suggest is only reported.
     """
     if (epoch_s is None) != (points.epoch_s is None):
@@ -153,6 +155,8 @@ def attach_truth(
         findings.warn(
             "truth_shifted", f"{shift_s:+.6g} s were added to the times of the truth, as the options say.", len(time_s)
         )
+    whole = TruthTracks.of(time_s, points.target, local, points.truth_velocity_mps, points.targets)
+    recording = replace(recording, truth_tracks=whole)
     partner = _target_partners(recording, points, findings)
     chosen = np.unique(points.target).tolist() if partner is None else list(partner.values())
     tracks = [_track(points, time_s, local, target) for target in chosen]
@@ -240,7 +244,7 @@ def _target_partners(recording: Recording, points: TruthPoints, findings: Findin
         findings.warn(
             "truth_not_assigned",
             f"The truth describes {len(point_targets)} targets, and the measurements name none: a measurement "
-            "cannot be told its true position.",
+            "cannot be told its true position. The paths are kept as they are.",
             len(points.row),
         )
         return None

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from algorithms.recording import TruthTracks
 from algorithms.site import Site
 from backend.charts.catalogue import charts
 from backend.charts.plots import plot_positions
@@ -40,6 +41,16 @@ def test_slant_ranges_are_projected_by_elevation_else_by_altitude_else_counted(n
     np.testing.assert_allclose(plot_positions(recording).east_m, [5500, 8500, 10500, 10500])
     assert plot_positions(recording).slant_as_ground == 2
     assert note_of(PLAN(RecordingView(recording), ChartOptions()), "slant_as_ground").endswith("2 slant ranges.")
+
+
+def test_whole_true_paths_are_drawn_within_the_time_of_the_recording(traces_of) -> None:
+    time = np.array([-50.0, 0.0, 1.0, 2.0, 900.0])
+    path = np.stack([100.0 * time, np.zeros(5), np.zeros(5)], axis=1)
+    tracks = TruthTracks.of(time, np.zeros(5, np.int64), path, np.full((5, 3), np.nan), ("boat",))
+    (truth,) = traces_of(PLAN(RecordingView(plots(truth_tracks=tracks)), ChartOptions()), "truth")
+    np.testing.assert_allclose(truth["x"], [0, 0.1, 0.2], atol=1e-7)
+    assert truth["customdata"].tolist() == [-1, -1, -1]
+    assert truth["hovertext"][0] == "target boat"
 
 
 def test_cartesian_plots_and_a_moving_radar() -> None:

@@ -257,6 +257,17 @@ def test_truth_of_several_targets_for_unnamed_measurements(read, warning):
     recording, report = read(MARKS, truth=truth)
     assert not recording.has_truth
     assert warning(report, "truth_not_assigned").count == 2
+    tracks = recording.truth_tracks
+    assert [tracks.targets[i] for i in tracks.target] == ["y", "x"]
+    assert tracks.position_m.tolist() == [[1, 1, 1], [2, 2, 2]]
+
+
+def test_true_paths_keep_points_that_serve_no_measurement_and_count_from_the_given_start(read):
+    marks = "time_s,toa_A_ns\n1620205606.25,5\n1620205607.5,6\n"
+    truth = "time_s,true_east_m,true_north_m,true_up_m\n1620205600,0,0,0\n1620205609,1,2,3\n"
+    recording, _ = read(marks, truth=truth, start_utc="2021-05-05T09:06:40Z")
+    np.testing.assert_allclose(recording.truth_tracks.time_s, [0, 9])
+    np.testing.assert_allclose(recording.time_s, [6.25, 7.5])
 
 
 def test_truth_file_with_epoch_times(read):
