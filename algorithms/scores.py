@@ -30,6 +30,7 @@ class Tally:
     compared : algorithms are compared by it, on the same draws
     chi_square : the numerator is chi-square distributed with as many degrees of freedom as the denominator says,
         where the algorithm is honest
+    share : the ratio is a share of cases, between 0 and 1
     """
 
     metric: str
@@ -40,6 +41,7 @@ class Tally:
     curve: bool = False
     compared: bool = False
     chi_square: bool = False
+    share: bool = False
 
     @property
     def per_trial(self) -> bool:
