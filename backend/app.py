@@ -25,6 +25,7 @@ from backend.api import (
     runs,
     service,
     tables,
+    targets,
 )
 from backend.api.recording_schemas import ReadAgain
 from backend.api.samples import import_samples
@@ -137,6 +138,7 @@ def _bare(**options: Any) -> FastAPI:
         algorithms,
         recordings,
         recording_preview,
+        targets,
         run_estimate,
         runs,
         tables,

@@ -16,6 +16,7 @@ from backend.api.algorithms import catalogue
 from backend.api.responses import Responses, content, problems
 from backend.api.services import Services, ServicesDep
 from backend.api.tables import finished
+from backend.api.targets import TargetName, check_target
 from backend.charts.view import Chart as DeclaredChart
 from backend.charts.view import ChartOptions, Entry, RecordingView, RunView
 from backend.db import runs as stored
@@ -43,7 +44,16 @@ class ChartList(BaseModel):
     items: list[ChartItem]
 
 
-class ChartQuery(BaseModel):
+class TargetQuery(BaseModel):
+    """Of which target."""
+
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+
+    target: TargetName = ""
+    """Only this target; default: all of them."""
+
+
+class DrawQuery(BaseModel):
     """How much to draw."""
 
     model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
@@ -54,10 +64,8 @@ class ChartQuery(BaseModel):
     """Every point, in double precision."""
 
 
-class NoQuery(BaseModel):
-    """No query parameters."""
-
-    model_config = ConfigDict(extra="forbid")
+class ChartQuery(TargetQuery, DrawQuery):
+    """Of which target, and how much to draw."""
 
 
 _FIGURE: Responses = content("application/json", "Plotly figure with base64 typed arrays", {"type": "object"})
@@ -92,10 +100,10 @@ def get_run_chart(
     responses=_ROWS | problems(404, 409),
 )
 def get_run_chart_csv(
-    run_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+    run_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[TargetQuery, Query()]
 ) -> Response:
     """Give the numbers of a chart of a run, all of them."""
-    return _of_run(services, request, run_id, chart, "csv", ChartQuery(full=True))
+    return _of_run(services, request, run_id, chart, "csv", ChartQuery(target=query.target, full=True))
 
 
 @router.get(
@@ -138,10 +146,10 @@ def get_recording_chart(
     responses=_ROWS | problems(404, 409),
 )
 def get_recording_chart_csv(
-    recording_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+    recording_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[TargetQuery, Query()]
 ) -> Response:
     """Give the numbers of a chart of a recording, all of them."""
-    return _of_recording(services, request, recording_id, chart, "csv", ChartQuery(full=True))
+    return _of_recording(services, request, recording_id, chart, "csv", ChartQuery(target=query.target, full=True))
 
 
 @router.get(
@@ -185,8 +193,11 @@ def _of_run(services: Services, request: Request, run_id: str, name: str, form: 
     file_name = f"{name}-{run_id}"
     heading = run.label or str(run.source.get("name", run_id))
 
+    recording = uploads.ready(services, str(run.source["recording_id"]))
+    check_target(services, [recording], query.target)
+
     def draw() -> dict[str, Any]:
-        return chart.draw(_run_view(services, run), _options(query))
+        return chart.draw(selected(_run_view(services, run, recording), query.target), options_of(query))
 
     return drawn(request, draw, form, query, version, file_name, heading)
 
@@ -196,11 +207,14 @@ def _of_recording(
 ) -> Response:
     recording = uploads.ready(services, recording_id)
     chart = named(_recording_charts(recording.kind), name)
+    check_target(services, [recording], query.target)
     file_name = f"{name}-{recording_id}"
 
     def draw() -> dict[str, Any]:
+        from backend.charts.target import recording_view_of
+
         view = RecordingView(load_recording(services, recording))
-        return chart.draw(view, _options(query))
+        return chart.draw(recording_view_of(view, query.target) if query.target else view, options_of(query))
 
     return drawn(request, draw, form, query, (recording.id, recording.data_sha256 or ""), file_name, recording.name)
 
@@ -217,12 +231,19 @@ def named(found: list[DeclaredChart] | tuple[DeclaredChart, ...], name: str) -> 
     )
 
 
-def _options(query: ChartQuery) -> ChartOptions:
+def options_of(query: DrawQuery) -> ChartOptions:
+    """Return how much is to be drawn."""
     return ChartOptions(points=query.points, full=query.full)
 
 
-def _run_view(services: Services, run: stored.Run) -> RunView:
-    recording = uploads.ready(services, str(run.source["recording_id"]))
+def selected(view: RunView, target: str) -> RunView:
+    """Return the view with this target alone; the empty name means all targets."""
+    from backend.charts.target import run_view_of
+
+    return run_view_of(view, target) if target else view
+
+
+def _run_view(services: Services, run: stored.Run, recording: StoredRecording) -> RunView:
     return RunView(
         recording=load_recording(services, recording),
         entries=tuple(chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms)),

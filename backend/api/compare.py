@@ -12,11 +12,12 @@ from pydantic import BaseModel, ConfigDict, Field
 from backend.api import charts as single
 from backend.api import compare_tables as tables
 from backend.api import uploads
-from backend.api.charts import ChartQuery
+from backend.api.charts import ChartQuery, DrawQuery, TargetQuery
 from backend.api.responses import Responses, content, problems
 from backend.api.run_schemas import Id, SettingOut
 from backend.api.services import Services, ServicesDep
-from backend.charts.view import Chart, ChartOptions, Figure, RunView
+from backend.api.targets import check_target
+from backend.charts.view import Chart, Figure, RunView
 from backend.db import runs as stored
 from backend.db.recordings import Recording
 from backend.errors import NotFoundError
@@ -48,8 +49,12 @@ class TablesQuery(RunsQuery):
     """Metrics of this segment; default: of all together."""
 
 
-class OverlayQuery(RunsQuery, ChartQuery):
-    """Which runs, and how much to draw."""
+class OverlaidQuery(RunsQuery, TargetQuery):
+    """Which runs, and of which target."""
+
+
+class OverlayQuery(OverlaidQuery, DrawQuery):
+    """Which runs, of which target, and how much to draw."""
 
 
 class _Out(BaseModel):
@@ -209,7 +214,8 @@ def compare_chart(
     chart: str, request: Request, services: ServicesDep, query: Annotated[OverlayQuery, Query()]
 ) -> Response:
     """Draw the entries of two to ten runs into one chart."""
-    return _overlaid(services, request, chart, query.run, "json", ChartQuery(points=query.points, full=query.full))
+    drawn = ChartQuery(target=query.target, points=query.points, full=query.full)
+    return _overlaid(services, request, chart, query.run, "json", drawn)
 
 
 @router.get(
@@ -219,10 +225,10 @@ def compare_chart(
     responses=_ROWS | problems(404, 409),
 )
 def compare_chart_csv(
-    chart: str, request: Request, services: ServicesDep, query: Annotated[RunsQuery, Query()]
+    chart: str, request: Request, services: ServicesDep, query: Annotated[OverlaidQuery, Query()]
 ) -> Response:
     """Give the numbers of a chart of two to ten runs, all of them."""
-    return _overlaid(services, request, chart, query.run, "csv", ChartQuery(full=True))
+    return _overlaid(services, request, chart, query.run, "csv", ChartQuery(target=query.target, full=True))
 
 
 def _found(services: Services, ids: Sequence[str]) -> tuple[list[stored.Run], list[Recording]]:
@@ -273,6 +279,7 @@ def _overlaid(
     if obstacle is not None:
         detail = f"{obstacle} Look at the chart of each run by itself."
         raise ProblemError(409, "recordings_differ", detail)
+    check_target(services, recordings, query.target)
     entries = tables.compared_entries(runs)
 
     def draw() -> Figure:
@@ -284,7 +291,7 @@ def _overlaid(
             entries=tuple(single.chart_entry(services, e.run, e.entry, index=e.index, label=e.label) for e in entries),
             others=tuple(others),
         )
-        figure: Figure = chart.draw(view, ChartOptions(points=query.points, full=query.full))
+        figure: Figure = chart.draw(single.selected(view, query.target), single.options_of(query))
         return figure
 
     version = tuple(part for e in entries for part in (e.run.id, e.run.result_sha256 or "", e.label))

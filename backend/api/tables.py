@@ -12,12 +12,15 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import FileResponse, StreamingResponse
 
 from algorithms.result import Table
+from backend.api import uploads
 from backend.api.responses import content, problems
 from backend.api.services import Services, ServicesDep
+from backend.api.targets import TargetName, check_target
 from backend.db import runs as stored
 from backend.errors import StateError
 from backend.files.table_writer import write_table_csv
 from backend.http.etag import IMMUTABLE, etag_of, matches, not_modified
+from backend.http.problems import ProblemError, ProblemItem
 
 router = APIRouter(prefix="/runs/{run_id}", tags=["results"])
 
@@ -47,7 +50,7 @@ class TableOut(BaseModel):
     columns: list[str]
     rows: list[list[float | int | str | bool | None]]
     total: int
-    """Rows of the whole table."""
+    """Rows of the whole table, or of the target."""
 
 
 class RowsQuery(BaseModel):
@@ -59,6 +62,8 @@ class RowsQuery(BaseModel):
     """Rows to skip."""
     limit: Annotated[int, Field(ge=1, le=10**12)] | None = None
     """Most rows to give; default: all."""
+    target: TargetName = ""
+    """Only rows of this target; default: all."""
 
 
 def finished(services: Services, run_id: str) -> stored.Run:
@@ -99,7 +104,7 @@ def list_tables(run_id: str, services: ServicesDep) -> TableList:
     "/tables/{table}.json",
     name="get_table_json",
     response_model=TableOut,
-    responses=problems(404, 409),
+    responses=problems(404, 409, 422),
 )
 def get_table_json(
     run_id: str, table: str, request: Request, services: ServicesDep, query: Annotated[RowsQuery, Query()]
@@ -107,7 +112,7 @@ def get_table_json(
     """Give a table, or some rows of it, as JSON: names of columns, and rows."""
     run = finished(services, run_id)
     etag = _etag(run, table, "json", query)
-    found = _load(services, run, table)
+    found = _load(services, run, table, query.target)
     if matches(request, etag):
         return not_modified(etag)
     return StreamingResponse(_json(found, *_range(found, query)), media_type="application/json", headers=_headers(etag))
@@ -125,7 +130,7 @@ def get_table_csv(
     """Give a table, or some rows of it, as CSV."""
     run = finished(services, run_id)
     etag = _etag(run, table, "csv", query)
-    found = _load(services, run, table)
+    found = _load(services, run, table, query.target)
     if matches(request, etag):
         return not_modified(etag)
     headers = _headers(etag) | {"Content-Disposition": f'attachment; filename="{table}-{run_id}.csv"'}
@@ -158,10 +163,19 @@ def get_result(run_id: str, request: Request, services: ServicesDep) -> Response
     )
 
 
-def _load(services: Services, run: stored.Run, table: str) -> Table:
+def _load(services: Services, run: stored.Run, name: str, target: str) -> Table:
+    from backend.charts.target import table_of
     from backend.jobs.results import load_table
 
-    return load_table(services.database, services.store, run, table)
+    table = load_table(services.database, services.store, run, name)
+    if not target:
+        return table
+    if "target" not in table.columns:
+        detail = f"The table {name!r} does not say which target its rows are of; ask for it without `target`."
+        item = ProblemItem(pointer="/query/target", detail=detail, code="table_without_targets")
+        raise ProblemError(422, "table_without_targets", detail, errors=[item])
+    check_target(services, [uploads.ready(services, str(run.source["recording_id"]))], target)
+    return table_of(table, target)
 
 
 def _etag(run: stored.Run, table: str, form: str, query: RowsQuery) -> str:

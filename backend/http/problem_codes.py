@@ -57,6 +57,10 @@ PROBLEMS: dict[str, Kind] = {
     "file_not_found": Kind("A file is missing", "It was there a moment ago."),
     # States.
     "state": Kind("Not possible in this state", "The detail names the state."),
+    "unknown_target": Kind("No such target", "None of the recordings has it; `GET .../targets` lists those they have."),
+    "table_without_targets": Kind(
+        "The table does not tell targets apart", "Its rows are of stations or of all marks; ask without `target`."
+    ),
     "recording_not_found": Kind("No such recording", "It was deleted, or its id is misspelt."),
     "recording_not_ready": Kind("The recording is still being read", "Wait until its state is `ready`."),
     "recording_failed": Kind("The recording could not be read", "Its `error` says why."),

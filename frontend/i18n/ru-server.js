@@ -58,6 +58,8 @@ export const codes = {
   "problem.method_not_allowed": "Такой способ обращения здесь невозможен",
   "problem.unsupported_media_type": "Содержимое этого вида не принимается",
   "problem.validation": "Содержимое запроса непригодно",
+  "problem.unknown_target": "Такой цели нет",
+  "problem.table_without_targets": "Таблица не различает цели",
   "problem.cursor": "Указатель списка не годится",
   "problem.idempotency_key_reused": "Idempotency-Key уже был у другого запроса",
   "problem.internal": "Неожиданная ошибка",

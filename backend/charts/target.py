@@ -1,0 +1,57 @@
+"""One target of a run or a recording: what a chart is given when only that target is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from algorithms.recording import Recording
+from algorithms.result import Table
+from backend.charts.view import Entry, RecordingView, RunView
+
+AnyRecording = TypeVar("AnyRecording", bound=Recording)
+
+
+def recording_of(recording: AnyRecording, target: str) -> AnyRecording:
+    """Return the recording with the rows of this target alone; with none where it has no such target."""
+    if target not in recording.targets:
+        return recording.take(np.empty(0, np.int64))
+    return recording.take(recording.rows_of(recording.targets.index(target)))
+
+
+def table_of(table: Table, target: str) -> Table:
+    """Return the rows of this target; a table that does not name targets (of stations, say) stays whole."""
+    names = table.columns.get("target")
+    if names is None:
+        return table
+    keep = np.flatnonzero(np.fromiter((name == target for name in names), bool, len(names)))
+    return Table(
+        {
+            name: column[keep] if isinstance(column, np.ndarray) else [column[i] for i in keep.tolist()]
+            for name, column in table.columns.items()
+        }
+    )
+
+
+def recording_view_of(view: RecordingView, target: str) -> RecordingView:
+    """Return what the charts of a recording see of this target."""
+    return RecordingView(recording_of(view.recording, target))
+
+
+def run_view_of(view: RunView, target: str) -> RunView:
+    """Return what the charts of a run see of this target.
+
+    Tables of the entries hold its rows alone. Arrays stay whole: a chart finds its marks in them by the row numbers of
+    the recording, which holds nothing else.
+    """
+    return RunView(
+        recording=recording_of(view.recording, target),
+        entries=tuple(_entry_of(entry, target) for entry in view.entries),
+        others=tuple(recording_of(other, target) for other in view.others),
+    )
+
+
+def _entry_of(entry: Entry, target: str) -> Entry:
+    return replace(entry, table=lambda name: table_of(entry.table(name), target))
