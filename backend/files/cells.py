@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from algorithms.recording import Floats, Ints
+from backend.files.rows import Cells
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 # How programs write "nothing" into a cell that ought to be empty.
@@ -42,8 +43,13 @@ class Numbers:
     problems: dict[int, Problem] = field(default_factory=dict)
 
 
-def read_numbers(cells: Sequence[str], style: NumberStyle) -> Numbers:
+def read_numbers(cells: Cells, style: NumberStyle) -> Numbers:
     """Convert a column of decimal numbers; an empty cell is NaN."""
+    if isinstance(cells, np.ndarray):
+        infinite = np.flatnonzero(np.isinf(cells))
+        problem = Problem("not_finite", "holds a number that is not finite")
+        values = np.where(np.isinf(cells), math.nan, cells) if infinite.size else cells
+        return Numbers(values, dict.fromkeys(infinite.tolist(), problem))
     joined = "\n".join(cells)
     commas = "," in joined
     style.has_points = style.has_points or "." in joined

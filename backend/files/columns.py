@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from algorithms.recording import Floats, Ints
 from backend.files.cells import Names, Numbers, NumberStyle, Problem, is_instant, read_instants, read_numbers
-from backend.files.content import Content
-from backend.files.delimited_text import Chunk, read_chunks
 from backend.files.options import ColumnSource
 from backend.files.report import Findings
+from backend.files.rows import Chunk
 from backend.files.selection import NameColumn, Quantity, Selection
 from backend.files.times import resolve_times
 from backend.files.units import UNITS, native_unit
@@ -52,7 +51,7 @@ class Faults:
             keep[i] = False
             column, problem = self.found[i]
             findings.reject(
-                int(chunk.row[i]), problem.code, f"line {chunk.line[i]}: column {column!r} {problem.detail}"
+                int(chunk.row[i]), problem.code, f"{_place(chunk.line[i])}column {column!r} {problem.detail}"
             )
         return keep
 
@@ -94,7 +93,7 @@ class Columns:
     def reject(self, bad: Mask, code: str, detail: str, findings: Findings) -> Columns:
         """List the rows of `bad` as rejected and return the others."""
         for i in np.flatnonzero(bad):
-            findings.reject(int(self.row[i]), code, f"line {self.line[i]}: {detail}")
+            findings.reject(int(self.row[i]), code, f"{_place(self.line[i])}{detail}")
         return self.take(~bad) if bad.any() else self
 
 
@@ -118,9 +117,9 @@ class ColumnCollector:
         self._numbers: dict[str, list[Floats]] = {q.name: [] for q in quantities}
         self._codes: dict[str, list[Ints]] = {n.name: [] for n in names}
 
-    def chunks(self, content: Content, max_rows: int) -> Iterator[Chunk]:
+    def chunks(self, max_rows: int) -> Iterator[Chunk]:
         """Chunks of the file with the rows that the user's filter keeps."""
-        for whole in read_chunks(content, self._selection.header, self._findings, max_rows):
+        for whole in self._selection.rows.chunks(self._findings, max_rows):
             self._rows_in_file = int(whole.row[-1])
             chunk = self._selection.matching(whole)
             self._left_out += len(whole) - len(chunk)
@@ -153,7 +152,7 @@ class ColumnCollector:
         for name, column in values.items():
             self._numbers[name].append(column[keep])
         for n in self._names:
-            cells = chunk.cells[self._selection.source(n.name).column]
+            cells = chunk.texts(self._selection.source(n.name).column)
             good = [c for c, ok in zip(cells, keep.tolist(), strict=True) if ok]
             self._codes[n.name].append(self._books[n.name].read(good, empty=None if n.unnamed else -1))
         return keep
@@ -205,7 +204,6 @@ class TimedColumns:
 
 
 def read_timed_columns(
-    content: Content,
     selection: Selection,
     quantities: Sequence[Quantity],
     names: Sequence[NameColumn],
@@ -216,11 +214,11 @@ def read_timed_columns(
     collector = ColumnCollector(selection, quantities, names, findings)
     source, unit = selection.source("time_s"), selection.time_unit()
     stamps: list[Floats] = []
-    for chunk in collector.chunks(content, max_rows):
+    for chunk in collector.chunks(max_rows):
         cells = chunk.cells[source.column]
-        if unit is None and is_instant(next((c for c in cells if c.strip()), "")):
+        if unit is None and not isinstance(cells, np.ndarray) and is_instant(next((c for c in cells if c.strip()), "")):
             unit = "date"
-        numbers = read_instants(cells) if unit == "date" else read_numbers(cells, collector.style)
+        numbers = read_instants(chunk.texts(source.column)) if unit == "date" else read_numbers(cells, collector.style)
         faults = Faults()
         faults.note_numbers(source.column, numbers, required=True)
         stamps.append(numbers.values[collector.add(chunk, faults)])
@@ -237,6 +235,11 @@ def read_timed_columns(
 def joined(parts: Sequence[NDArray[Any]], dtype: type) -> NDArray[Any]:
     """Join chunks of one column."""
     return np.concatenate(parts) if parts else np.empty(0, dtype)
+
+
+def _place(line: int) -> str:
+    """Line of a text; other tables have none, and the rejection tells the row."""
+    return f"line {line}: " if line else ""
 
 
 def _si_limits(quantity: Quantity) -> tuple[float, float]:

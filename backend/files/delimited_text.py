@@ -2,63 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from algorithms.errors import InputError, UnsupportedFormatError
-from algorithms.recording import Ints
 from backend.files.cells import Problem
 from backend.files.content import Content
 from backend.files.records import MAX_LINE, join_record, read_batches
 from backend.files.report import Findings, some
+from backend.files.rows import ROWS_AT_ONCE, Chunk, too_many_rows
 
-_CHUNK = 50_000
 # The names begin within these lines; as many are looked at behind, for a record runs over twenty at most.
 _SEARCHED_LINES = 40
 _DELIMITERS = (",", ";", "\t", "|")
 
 
 @dataclass(frozen=True)
-class Chunk:
-    """Some consecutive rows: their numbers in the file (first data row = 1), physical lines, and cells by column."""
+class DelimitedText:
+    """A table as text: names of the columns, the delimiter, and the physical line on which the data begin."""
 
-    row: Ints
-    line: Ints
-    cells: Mapping[str, Sequence[str]]
-
-    def __len__(self) -> int:
-        return len(self.row)
-
-    def take(self, keep: NDArray[np.bool_]) -> Chunk:
-        """Return only these rows."""
-        flags = keep.tolist()
-        cells = {n: [c for c, ok in zip(v, flags, strict=True) if ok] for n, v in self.cells.items()}
-        return Chunk(self.row[keep], self.line[keep], cells)
-
-
-@dataclass(frozen=True)
-class Header:
-    """The first line: names of the columns, the delimiter, and the physical line on which the data begin."""
-
+    content: Content
     names: tuple[str, ...]
     delimiter: str
     first_data_line: int
 
-    def require(self, name: str, pointer: str) -> None:
-        """Raise InputError where a column is absent."""
-        if name not in self.names:
-            raise InputError(
-                f"There is no column {name!r}; the columns are {some(self.names)}.",
-                pointer=pointer,
-                remedy="Name a column as the first line spells it.",
-                code="missing_column",
-            )
+    def chunks(self, findings: Findings, max_rows: int) -> Iterator[Chunk]:
+        """Yield the rows in chunks; rows that are no rows are rejected, blank lines are not counted.
+
+        Raises InputError (`too_many_rows`) past `max_rows`.
+        """
+        row = 0
+        width = len(self.names)
+        for records in read_batches(self.content, self.delimiter, self.first_data_line, ROWS_AT_ONCE):
+            kept: list[list[str]] = []
+            rows: list[int] = []
+            lines: list[int] = []
+            for line, record in records:
+                row += 1
+                cells = _fitting(record, width) if isinstance(record, list) and len(record) != width else record
+                if isinstance(cells, Problem):
+                    findings.reject(row, cells.code, f"line {line}: {cells.detail}")
+                    continue
+                kept.append(cells)
+                rows.append(row)
+                lines.append(line)
+            if row > max_rows:
+                raise too_many_rows(self.content.name, max_rows)
+            if kept:
+                columns = zip(*kept, strict=True)
+                cells_by_name = {n: c for n, c in zip(self.names, columns, strict=True) if n}
+                yield Chunk(np.array(rows, np.int64), np.array(lines, np.int64), cells_by_name)
 
 
-def read_header(content: Content, *, pointer: str = "/file") -> Header:
+def read_delimited_text(content: Content, *, pointer: str = "/file") -> DelimitedText:
     """Read the line of names and find the delimiter.
 
     Raises
@@ -111,40 +109,7 @@ def read_header(content: Content, *, pointer: str = "/file") -> Header:
             remedy="Give each column its own name.",
             code="duplicate_column",
         )
-    return Header(tuple(names), delimiter, number + height + 1)
-
-
-def read_chunks(content: Content, header: Header, findings: Findings, max_rows: int) -> Iterator[Chunk]:
-    """Yield the rows in chunks; rows that are no rows are rejected, blank lines are not counted.
-
-    Raises InputError (`too_many_rows`) past `max_rows`.
-    """
-    row = 0
-    width = len(header.names)
-    for records in read_batches(content, header.delimiter, header.first_data_line, _CHUNK):
-        kept: list[list[str]] = []
-        rows: list[int] = []
-        lines: list[int] = []
-        for line, record in records:
-            row += 1
-            cells = _fitting(record, width) if isinstance(record, list) and len(record) != width else record
-            if isinstance(cells, Problem):
-                findings.reject(row, cells.code, f"line {line}: {cells.detail}")
-                continue
-            kept.append(cells)
-            rows.append(row)
-            lines.append(line)
-        if row > max_rows:
-            raise InputError(
-                f"{content.name} has more than {max_rows:,} rows.".replace(",", " "),
-                pointer="/file",
-                remedy="Upload it in parts.",
-                code="too_many_rows",
-            )
-        if kept:
-            columns = zip(*kept, strict=True)
-            cells_by_name = {n: c for n, c in zip(header.names, columns, strict=True) if n}
-            yield Chunk(np.array(rows, np.int64), np.array(lines, np.int64), cells_by_name)
+    return DelimitedText(content, tuple(names), delimiter, number + height + 1)
 
 
 def _fitting(cells: list[str], width: int) -> list[str] | Problem:

@@ -24,6 +24,7 @@ from backend.files.columns import ColumnCollector, Faults, Mask, joined
 from backend.files.options import ColumnSource
 from backend.files.reader import Part, Reader, Source
 from backend.files.report import Findings, some
+from backend.files.rows import require_column
 from backend.files.selection import NameColumn, Quantity, Selection
 from backend.files.times import epoch_unit
 from backend.files.truth_columns import TruthColumns, truth_layout
@@ -70,19 +71,19 @@ def _detect(source: Source) -> bool:
 
 
 def _read(source: Source) -> Part:
-    findings, names = source.findings, source.header.names
-    source.header.require("measurements", "/file")
+    findings, names = source.findings, source.rows.names
+    require_column(source.rows, "measurements", "/file")
     mapping = {n: s for n, s in _COLUMNS.items() if s.column in names}
-    selection = Selection(source.header, mapping, source.options.where)
+    selection = Selection(source.rows, mapping, source.options.where)
     selection.check_where()
     truth = _truth_columns(mapping, findings)
     quantities = [*([_ALTITUDE] if _ALTITUDE.name in mapping else []), *truth.quantities]
     target = [NameColumn("target", unnamed=True)] if "target" in mapping else []
     collector = ColumnCollector(selection, quantities, target, findings)
     receptions = _Receptions()
-    for chunk in collector.chunks(source.content, source.limits.max_rows):
+    for chunk in collector.chunks(source.limits.max_rows):
         faults = Faults()
-        measured, problems = _parse(chunk.cells["measurements"])
+        measured, problems = _parse(chunk.texts("measurements"))
         faults.note("measurements", problems)
         receptions.add(measured, collector.add(chunk, faults))
     columns = collector.finish()

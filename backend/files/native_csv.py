@@ -30,14 +30,14 @@ from backend.files.truth_columns import TRUTH_QUANTITIES, TruthColumns, truth_la
 
 def _detect(source: Source) -> bool:
     try:
-        names = source.header.names
+        names = source.rows.names
     except UnsupportedFormatError:
         return False
     return bool(source.options.mapping or kinds_of(names))
 
 
 def _read(source: Source) -> Part:
-    selection = Selection(source.header, source.options.mapping, source.options.where)
+    selection = Selection(source.rows, source.options.mapping, source.options.where)
     selection.check_where()
     names = selection.names
     kind = _choose_kind(names, source)
@@ -51,7 +51,6 @@ def _read(source: Source) -> Part:
     _warn_about_ignored(selection, known, source.findings)
     offered = tuple(q for q in (*QUANTITIES[kind], *truth.quantities) if q.name in names)
     timed = read_timed_columns(
-        source.content,
         selection,
         (*offered, *offsets),
         tuple(n for n in NAMES[kind] if n.name in names),
@@ -87,7 +86,7 @@ def _choose_kind(names: Sequence[str], source: Source) -> Kind:
 def _warn_about_ignored(selection: Selection, known: Sequence[str], findings: Findings) -> None:
     used = set(known) | {s.column for s in selection.mapping.values()} | set(selection.where)
     used |= {s.minus for s in selection.mapping.values() if s.minus is not None}
-    ignored = [n for n in selection.header.names if n not in used]
+    ignored = [n for n in selection.rows.names if n not in used]
     if ignored:
         findings.warn(
             "columns_ignored",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Annotated, Any, Literal
@@ -76,6 +77,16 @@ class ReadOptions(_Model):
     order: Literal["sort", "reject"] = "sort"
     """What happens to rows that are earlier than one before them."""
 
+    def columns(self) -> frozenset[str]:
+        """Columns of the file that the user named."""
+        return columns_of(self.mapping, self.where)
+
+
+def columns_of(mapping: Mapping[str, ColumnSource], where: Mapping[str, WhereValue]) -> frozenset[str]:
+    """Columns of a file that a mapping and a filter name."""
+    named = {s.column for s in mapping.values()} | {s.minus for s in mapping.values() if s.minus is not None}
+    return frozenset(named | set(where))
+
 
 @dataclass(frozen=True)
 class ReadLimits:
@@ -83,6 +94,6 @@ class ReadLimits:
 
     max_rows: int = 5_000_000
     max_expanded_bytes: int = 1 << 30
-    """Size of an unpacked .gz file."""
+    """Size of what a packed file unpacks to."""
     max_expansion: float = 200.0
-    """Unpacked over packed size of a .gz file (measurements in text pack 3 to 20 times)."""
+    """Unpacked over packed size of a packed file (measurements in text pack 3 to 20 times)."""

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 from algorithms.errors import InputError, UnsupportedFormatError
 from backend.files.column_guess import Suggestion, suggest
 from backend.files.content import inspect
-from backend.files.delimited_text import read_header
 from backend.files.options import ReadLimits, ReadOptions
+from backend.files.packing import with_members
 from backend.files.reader import Source, readers_by_name
 from backend.files.reading import NamedFile, read_recording
-from backend.files.records import read_batches
 from backend.files.report import Findings, ReadReport
+from backend.files.rows import first_rows
 
 ROWS_SHOWN = 20
 
@@ -50,17 +49,15 @@ def preview(
 ) -> Preview:
     """Read on trial. Only a file that cannot be opened as what it says raises; all else is told in the preview."""
     options, limits = options or ReadOptions(), limits or ReadLimits()
-    content = inspect(files[0], limits, Findings(files[0].label))
+    content = inspect(with_members(files, limits)[0], limits, Findings(files[0].label))
     columns: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
     source = Source(content, ReadOptions(), limits, Findings())
     try:
-        header = read_header(content)
-        columns = header.names
-        records = (r for batch in read_batches(content, header.delimiter, header.first_data_line, 100) for r in batch)
-        rows = tuple(tuple(cells) for _, cells in islice(records, ROWS_SHOWN) if isinstance(cells, list))
+        columns = source.rows.names
+        rows = first_rows(source.rows, ROWS_SHOWN)
     except UnsupportedFormatError:
-        pass  # no delimited text: a reader of another format may still know it
+        pass  # no table: a reader of another format may still know it
     found = next((r.name for r in readers_by_name().values() if r.detect(source)), None)
     report, error = None, None
     try:

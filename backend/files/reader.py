@@ -21,10 +21,11 @@ from functools import cache, cached_property
 import backend.files
 from algorithms.errors import UnsupportedFormatError
 from algorithms.recording import Floats, Kind, Recording
+from backend.files.containers import open_rows
 from backend.files.content import Content
-from backend.files.delimited_text import Header, read_header
 from backend.files.options import ReadLimits, ReadOptions
 from backend.files.report import Findings
+from backend.files.rows import Rows
 
 
 @dataclass(frozen=True)
@@ -37,14 +38,14 @@ class Source:
     findings: Findings
 
     @cached_property
-    def header(self) -> Header:
-        """The line of column names; raises where the text has none."""
-        return read_header(self.content)
+    def rows(self) -> Rows:
+        """The table in the file; raises UnsupportedFormatError where there is none."""
+        return open_rows(self.content, self.limits, wanted=self.options.columns())
 
     def has_columns(self, *names: str) -> bool:
-        """Whether the content is delimited text with these columns."""
+        """Whether the content is a table with these columns."""
         try:
-            return set(names) <= set(self.header.names)
+            return set(names) <= set(self.rows.names)
         except UnsupportedFormatError:
             return False
 

@@ -26,6 +26,7 @@ from backend.files.merging import (
     without_empty_marks,
 )
 from backend.files.options import ColumnSource, ReadLimits, ReadOptions
+from backend.files.packing import with_members
 from backend.files.plausibility import check_time_differences, look_at_altitudes, look_at_times
 from backend.files.reader import Part, Reader, Source, readers_by_name
 from backend.files.report import Findings, ReadReport, ReadWarning, Rejection, some
@@ -69,7 +70,7 @@ def read_recording(
     site_source = None if site is None else read_site(site, findings)
     if options.edition is not None:
         findings.warn("option_ignored", "The option edition was not used: it belongs to binary formats.")
-    read = [_read_one(file, options, limits) for file in files]
+    read = [_read_one(file, options, limits) for file in with_members(files, limits)]
     parts = [file for _, file in read]
     row_files = RowFiles.of(parts)
     part = sort_by_time(merge_parts(parts, findings))
@@ -126,7 +127,7 @@ def _reader_for(source: Source) -> Reader:
     if found is not None:
         return found
     # A text without columns says so itself.
-    names = source.header.names
+    names = source.rows.names
     raise UnsupportedFormatError(
         f"{source.content.name} has the columns {some(names)}, which no reader knows.",
         pointer="/options/mapping",

@@ -9,9 +9,9 @@ from difflib import get_close_matches
 import numpy as np
 
 from algorithms.errors import InputError
-from backend.files.delimited_text import Chunk, Header
 from backend.files.options import ColumnSource, WhereValue
 from backend.files.report import some
+from backend.files.rows import Chunk, Rows, require_column
 from backend.files.units import UNITS, Unit, unit_for
 
 TIME_WORDS = ("date", "epoch", "epoch_s", "epoch_ms", "epoch_us", "epoch_ns")
@@ -43,7 +43,7 @@ class NameColumn:
 class Selection:
     """What the user said about the columns of one file."""
 
-    header: Header
+    rows: Rows
     mapping: Mapping[str, ColumnSource]
     where: Mapping[str, WhereValue]
     pointer: str = "/options/mapping"
@@ -53,7 +53,7 @@ class Selection:
     def names(self) -> tuple[str, ...]:
         """Native names that the file offers: by the mapping, or because a column is called so."""
         taken = {s.column for s in self.mapping.values()}
-        return (*self.mapping, *(n for n in self.header.names if n and n not in self.mapping and n not in taken))
+        return (*self.mapping, *(n for n in self.rows.names if n and n not in self.mapping and n not in taken))
 
     def source(self, name: str) -> ColumnSource:
         """Where a native column comes from."""
@@ -85,21 +85,22 @@ class Selection:
                     remedy=f"Did you mean {near[0]!r}?" if near else "docs/formats.md lists them.",
                     code="unknown_native_column",
                 )
-            self.header.require(source.column, f"{pointer}/column")
+            require_column(self.rows, source.column, f"{pointer}/column")
             if source.minus is not None:
-                self.header.require(source.minus, f"{pointer}/minus")
+                require_column(self.rows, source.minus, f"{pointer}/minus")
 
     def check_where(self) -> None:
         """Raise InputError where the filter names a column that the file lacks."""
         for column in self.where:
-            self.header.require(column, f"/options/where/{column}")
+            require_column(self.rows, column, f"/options/where/{column}")
 
     def matching(self, chunk: Chunk) -> Chunk:
         """Rows of a chunk that the filter keeps."""
         keep = np.ones(len(chunk), bool)
         for column, wanted in self.where.items():
-            fits = {c: _fits(c.strip(), wanted) for c in set(chunk.cells[column])}
-            keep &= np.fromiter((fits[c] for c in chunk.cells[column]), bool, len(chunk))
+            cells = chunk.texts(column)
+            fits = {c: _fits(c.strip(), wanted) for c in set(cells)}
+            keep &= np.fromiter((fits[c] for c in cells), bool, len(chunk))
         return chunk if keep.all() else chunk.take(keep)
 
 

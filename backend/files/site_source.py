@@ -15,10 +15,11 @@ from pydantic_core import ErrorDetails
 from algorithms.errors import InputError
 from algorithms.site import Site
 from backend.files.columns import ColumnCollector, Faults
+from backend.files.containers import open_rows
 from backend.files.content import NamedFile, inspect
-from backend.files.delimited_text import read_header
 from backend.files.options import ColumnSource, ReadLimits
 from backend.files.report import Findings, some
+from backend.files.rows import require_column
 from backend.files.selection import NameColumn, Quantity, Selection
 
 _LARGEST_SITE_BYTES = 8 << 20
@@ -84,9 +85,9 @@ def _read_table(data: bytes, findings: Findings) -> SensorTable:
         path = Path(folder) / "sensors.csv"
         path.write_bytes(data)
         content = inspect(NamedFile("the sensor table", path), limits, own, pointer="/site")
-        header = read_header(content, pointer="/site")
+        rows = open_rows(content, limits, pointer="/site")
         for name in _TABLE_COLUMNS:
-            header.require(name, "/site")
+            require_column(rows, name, "/site")
         mapping = {
             "true_latitude_deg": ColumnSource(column="latitude"),
             "true_longitude_deg": ColumnSource(column="longitude"),
@@ -97,9 +98,9 @@ def _read_table(data: bytes, findings: Findings) -> SensorTable:
             Quantity("true_longitude_deg", -180, 360, required=True),
             Quantity("true_height_m", required=True),
         )
-        selection = Selection(header, mapping, {}, "/site")
+        selection = Selection(rows, mapping, {}, "/site")
         collector = ColumnCollector(selection, quantities, (NameColumn("serial"),), own)
-        for chunk in collector.chunks(content, limits.max_rows):
+        for chunk in collector.chunks(limits.max_rows):
             collector.add(chunk, Faults())
         columns = collector.finish()
     if own.rejections:

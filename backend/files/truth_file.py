@@ -16,9 +16,10 @@ from algorithms.errors import InputError
 from algorithms.recording import Floats, Ints, Kind, Recording, TruthTracks
 from algorithms.site import Origin
 from backend.files.columns import Mask, read_timed_columns
+from backend.files.containers import open_rows
 from backend.files.content import NamedFile, inspect
-from backend.files.delimited_text import read_header
-from backend.files.options import ReadLimits, ReadOptions
+from backend.files.options import ReadLimits, ReadOptions, columns_of
+from backend.files.packing import with_members
 from backend.files.report import Findings, some
 from backend.files.selection import NameColumn, Selection
 from backend.files.truth_columns import TRUTH_QUANTITIES, truth_layout
@@ -79,10 +80,18 @@ def read_truth_file(
     Raises InputError with a pointer at `/truth` where nothing of it can serve.
     """
     own = Findings(file.label)
-    content = inspect(file, limits, own, pointer="/truth")
-    header = read_header(content, pointer="/truth")
-    where = {n: v for n, v in options.where.items() if n in header.names}
-    selection = Selection(header, options.truth_mapping, where, "/options/truth_mapping")
+    members = with_members([file], limits, pointer="/truth")
+    if len(members) > 1:
+        raise InputError(
+            f"{file.label} holds {len(members)} files.",
+            pointer="/truth",
+            remedy="Give the truth as one file.",
+            code="archive_members",
+        )
+    content = inspect(members[0], limits, own, pointer="/truth")
+    rows = open_rows(content, limits, pointer="/truth", wanted=columns_of(options.truth_mapping, options.where))
+    where = {n: v for n, v in options.where.items() if n in rows.names}
+    selection = Selection(rows, options.truth_mapping, where, "/options/truth_mapping")
     known = ("time_s", "target", *(q.name for q in TRUTH_QUANTITIES))
     selection.check_mapping(known, "truth")
     names = selection.names
@@ -96,9 +105,7 @@ def read_truth_file(
             code="missing_column",
         )
     has_target = "target" in names
-    timed = read_timed_columns(
-        content, selection, truth.quantities, (_TARGET,) if has_target else (), own, limits.max_rows
-    )
+    timed = read_timed_columns(selection, truth.quantities, (_TARGET,) if has_target else (), own, limits.max_rows)
     enu, velocity, geodetic = truth.read(timed.columns, own)
     if own.rejections:
         findings.warn(

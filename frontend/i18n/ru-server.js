@@ -121,6 +121,7 @@ export const codes = {
   "problem.check_units": "Числа противоречат описанию системы",
   "problem.encoding": "Текст не читается",
   "problem.damaged_archive": "Сжатый файл повреждён",
+  "problem.archive_members": "В архиве не то, что нужно",
   "problem.expands_too_much": "Сжатый файл слишком велик",
   "problem.too_many_rows": "Слишком много строк",
   "problem.format_unknown": "Нет такого формата чтения",

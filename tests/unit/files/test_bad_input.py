@@ -2,13 +2,32 @@
 
 from __future__ import annotations
 
+import bz2
 import gzip
+import io
+import lzma
+import zipfile
 
+import pyarrow
 import pytest
 
 from algorithms.errors import InputError, UnsupportedFormatError
 from backend.files.reading import ReadLimits
 
+
+def _zstd(data: bytes) -> bytes:
+    return pyarrow.Codec("zstd").compress(data, asbytes=True)
+
+
+def _zip(*files: bytes) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for i, data in enumerate(files):
+            archive.writestr(f"day/{i}.csv", data)
+    return out.getvalue()
+
+
+PACKINGS = {"gzip": gzip.compress, "bzip2": bz2.compress, "xz": lzma.compress, "zstd": _zstd, "zip": _zip}
 HEADER = "time_s,toa_A_ns,toa_B_ns,altitude_m\n"
 
 
@@ -34,7 +53,6 @@ def test_header_only(read):
     ("data", "words"),
     [
         (bytes(range(256)) * 40, "not text"),
-        (b"PK\x03\x04rest", "zip"),
         (b"%PDF-1.7 rest", "PDF"),
         (b"PAR1rest", "Parquet"),
     ],
@@ -270,6 +288,55 @@ def test_damaged_gzip(read):
     with pytest.raises(InputError) as e:
         read(gzip.compress((HEADER + "1,5,6,7\n" * 1000).encode())[:-20])
     assert e.value.code == "damaged_archive"
+
+
+@pytest.mark.parametrize("packing", PACKINGS)
+def test_every_packing(read, packing):
+    recording, _ = read(PACKINGS[packing]((HEADER + "1,5,6,7\n").encode()))
+    assert len(recording) == 1
+
+
+@pytest.mark.parametrize("packing", PACKINGS)
+def test_packed_files_that_are_cut_off(read, packing):
+    whole = PACKINGS[packing]((HEADER + "".join(f"{i},{i * 7919 % 1000},6,7\n" for i in range(3000))).encode())
+    with pytest.raises(InputError) as e:
+        read(whole[: len(whole) // 2])
+    assert e.value.code == "damaged_archive"
+
+
+@pytest.mark.parametrize("packing", PACKINGS)
+def test_packed_files_that_grow_too_much(read, packing):
+    data = PACKINGS[packing](HEADER.encode() + b"1,5,6,7\n" * 300_000)
+    with pytest.raises(InputError) as e:
+        read(data, limits=ReadLimits(max_expanded_bytes=1 << 20))
+    assert e.value.code == "expands_too_much"
+
+
+def test_a_zip_is_a_folder_of_files(read):
+    recording, report = read(_zip(HEADER.encode() + b"1,5,6,7\n", b"time_s,toa_A_ns,toa_B_ns\n0.5,1,2\nx,1,2\n"))
+    assert recording.time_s.tolist() == [0.5, 1.0]
+    assert [(r.row, r.file) for r in report.rejections] == [(3, "1.csv")]
+
+
+def test_a_zip_that_lies_about_the_size_of_what_it_holds(read):
+    data = bytearray(_zip(HEADER.encode() + b"1,5,6,7\n" * 3_000_000))
+    central = data.rindex(b"PK\x01\x02")
+    data[central + 24 : central + 28] = (100).to_bytes(4, "little")
+    with pytest.raises(InputError) as e:
+        read(bytes(data))
+    assert e.value.code == "damaged_archive"
+
+
+def test_archives_that_are_no_recording(read):
+    for members, code in (({}, "archive_members"), ({"[Content_Types].xml": b"<x/>"}, "unsupported_format")):
+        out = io.BytesIO()
+        with zipfile.ZipFile(out, "w") as archive:
+            for name, data in members.items():
+                archive.writestr(name, data)
+            archive.writestr("folder/", b"")
+        with pytest.raises(InputError) as e:
+            read(out.getvalue())
+        assert e.value.code == code
 
 
 def test_a_gzip_that_grows_too_much(read):

@@ -1,0 +1,100 @@
+"""Rows of a file by column: what every container of a table (text, Parquet, MATLAB, NumPy) gives to the readers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.errors import InputError
+from algorithms.recording import Floats, Ints
+from backend.files.report import Findings, some
+
+Cells = Sequence[str] | Floats
+"""Cells of a column: texts, or, where the container knows them as numbers, float64 with NaN for nothing."""
+
+ROWS_AT_ONCE = 50_000
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Some consecutive rows: their numbers in the file (first data row = 1), physical lines, and cells by column.
+
+    `line` is 0 where the container has no lines.
+    """
+
+    row: Ints
+    line: Ints
+    cells: Mapping[str, Cells]
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+    def take(self, keep: NDArray[np.bool_]) -> Chunk:
+        """Return only these rows."""
+        return Chunk(self.row[keep], self.line[keep], {n: taken(v, keep) for n, v in self.cells.items()})
+
+    def texts(self, name: str) -> Sequence[str]:
+        """Cells of a column as text: a whole number without a point, nothing as an empty text."""
+        cells = self.cells[name]
+        return [number_text(v) for v in cells.tolist()] if isinstance(cells, np.ndarray) else cells
+
+
+class Rows(Protocol):
+    """The table in a file."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns, none twice; an unnamed one is empty."""
+
+    def chunks(self, findings: Findings, max_rows: int) -> Iterator[Chunk]:
+        """Yield all rows; those that are none are rejected. Raises InputError past `max_rows`."""
+
+
+def require_column(rows: Rows, name: str, pointer: str) -> None:
+    """Raise InputError where a column is absent."""
+    if name not in rows.names:
+        raise InputError(
+            f"There is no column {name!r}; the columns are {some(rows.names)}.",
+            pointer=pointer,
+            remedy="Name a column as the file spells it.",
+            code="missing_column",
+        )
+
+
+def first_rows(rows: Rows, count: int) -> tuple[tuple[str, ...], ...]:
+    """Return the first rows as text, to be looked at."""
+    chunk = next(rows.chunks(Findings(), 10**12), None)
+    if chunk is None:
+        return ()
+    head = chunk.take(np.arange(len(chunk)) < count)
+    columns = [head.texts(n) if n else [""] * len(head) for n in rows.names]
+    return tuple(islice(zip(*columns, strict=True), count))
+
+
+def too_many_rows(name: str, max_rows: int) -> InputError:
+    """Say that a file has more rows than one upload may have."""
+    return InputError(
+        f"{name} has more than {max_rows:,} rows.".replace(",", " "),
+        pointer="/file",
+        remedy="Upload it in parts.",
+        code="too_many_rows",
+    )
+
+
+def taken(cells: Cells, keep: NDArray[np.bool_]) -> Cells:
+    """Return only these cells."""
+    if isinstance(cells, np.ndarray):
+        return cells[keep]
+    return [c for c, ok in zip(cells, keep.tolist(), strict=True) if ok]
+
+
+def number_text(value: float) -> str:
+    """A number as a cell of text."""
+    if value != value:
+        return ""
+    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
