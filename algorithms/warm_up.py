@@ -21,7 +21,7 @@ _SITE = {
 
 
 def warm_up() -> None:
-    """Run and tabulate every algorithm once on a few marks; the compiled kernels stay in the kernel cache."""
+    """Run, tabulate and score every algorithm on a few marks; the compiled kernels stay in the kernel cache."""
     site = Site.model_validate(_SITE)
     marks = 4
     truth = np.stack([30_000.0 + 200 * np.arange(marks), np.full(marks, 9_000.0), np.full(marks, 8_000.0)], axis=1)
@@ -40,3 +40,7 @@ def warm_up() -> None:
         if recording.kind in algorithm.takes:
             result = algorithm.run(recording, algorithm.parameters(), LocalContext())
             algorithm.tabulate(recording, result)
+            if algorithm.score is not None:
+                algorithm.score(recording, algorithm.parameters(), LocalContext())
+            if algorithm.bound is not None:
+                algorithm.bound(recording, algorithm.parameters())

@@ -60,7 +60,7 @@ def kernel_run(recording: ToaMarks, profile: str) -> Callable[[], lanes.Report]:
         )
         for b in blocks
     ]
-    reports = [lanes.new_report(len(recording), 4, b.stop - b.start, covariance=False) for b in blocks]
+    reports = [lanes.new_report(len(recording), 4, b.stop - b.start, lean=True) for b in blocks]
 
     now, work = lanes.new_now(4), lanes.new_rows(4)
 

@@ -13,7 +13,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.multilateration.lanes import Setup
+from algorithms.multilateration.conditions import conditions_of, toa_of
+from algorithms.multilateration.lanes import START_ACCELERATION_SD_MPS2, START_VELOCITY_SD_MPS, Setup
+from algorithms.multilateration.parameters import FilterParameters
+from algorithms.multilateration.tracker import filter_setup, start_covariance
+from algorithms.recording import ToaMarks
 from algorithms.toolbox.kernels import LANES, kernel
 from algorithms.toolbox.kernels.symmetric import pack, unpack
 from algorithms.toolbox.kernels.unrolled import update_rows_9
@@ -32,20 +36,50 @@ def posterior_covariance(
     start: Floats,
     setup: Setup,
 ) -> Floats:
-    """(M, 9, 9): covariance after each mark, linearised on the truth.
+    """(M, 9, 9, L): covariance after each mark, linearised on the truth, of L <= LANES patterns of receptions.
 
     Parameters
     ----------
     time_s : (M,) s; the first mark updates `start` without prediction
     truth_m : (M, 3) m
-    received : (M, S), decoded : (M,)
+    received : (M, S, L), decoded : (M, L)
         Which receptions and altitudes exist.
     start : (9, 9)
         Covariance before the first mark.
     """
-    out = np.empty((len(time_s), 45))
-    _recursion(time_s, truth_m, received.astype(float), decoded.astype(float), pack(start), setup, out)
-    return unpack(out, axis=1)
+    lanes = decoded.shape[1]
+    out = np.empty((len(time_s), 45, LANES))
+    pattern = np.zeros((*received.shape[:2], LANES))
+    pattern[:, :, :lanes] = received
+    heights = np.zeros((len(time_s), LANES))
+    heights[:, :lanes] = decoded
+    _recursion(time_s, truth_m, pattern, heights, pack(start), setup, out)
+    return unpack(out[:, :, :lanes], axis=1)
+
+
+def horizontal_bound(recording: ToaMarks, parameters: FilterParameters, *, altitude: bool) -> Floats:
+    """(M,) m: bound of the rms horizontal error at each mark, over the reception patterns of up to 16 trials.
+
+    The bound of a pattern holds for the mean square error of the trials with that pattern, so mean squares are
+    averaged. A filter that starts by itself is given a prior that says next to nothing (100 km).
+    """
+    conditions = conditions_of(recording, parameters, profile=parameters.profile, with_altitude=altitude)
+    setup = filter_setup(recording, parameters, conditions, altitude=altitude)
+    start = start_covariance(parameters.start) if parameters.start.mode != "auto" else np.diag(_NOTHING_KNOWN)
+    received = np.isfinite(toa_of(recording, conditions))[:, :, :LANES]
+    decoded = np.isfinite(recording.altitude_m)[:, :LANES]
+    out = np.full(len(recording), np.nan)
+    for target in range(len(recording.targets)):
+        rows = recording.rows_of(target)
+        if rows.size:
+            p = posterior_covariance(
+                recording.time_s[rows], recording.truth_m[rows], received[rows], decoded[rows], start, setup
+            )
+            out[rows] = np.sqrt((p[:, 0, 0] + p[:, 3, 3]).mean(axis=1))
+    return out
+
+
+_NOTHING_KNOWN = np.square(np.tile([1e5, START_VELOCITY_SD_MPS, START_ACCELERATION_SD_MPS2], 3))
 
 
 @kernel
@@ -56,7 +90,6 @@ def _recursion(time, truth, received, decoded, start, setup, out):
     for k in range(45):
         p[k, :] = start[k]
     toa = np.zeros((n_stations, LANES))
-    used = np.zeros((n_stations, LANES))
     at = np.zeros((3, LANES))
     h = np.empty((n_stations + 1, 3, LANES))
     nu = np.empty((n_stations + 1, LANES))
@@ -73,13 +106,13 @@ def _recursion(time, truth, received, decoded, start, setup, out):
         for a in range(3):
             at[a, :] = truth[k, a]
             x[3 * a, :] = truth[k, a]
-        for s in range(n_stations):
-            used[s, :] = received[k, s]
-        contrast_rows(toa, used, setup.stations, setup.variance, at, x, 3, h, nu, var, active)
+        contrast_rows(toa, received[k], setup.stations, setup.variance, at, x, 3, h, nu, var, active)
         altitude_row(altitude, at, x, 3, setup.earth, h[n_stations], nu[n_stations])
         var[n_stations, :] = setup.altitude_variance
-        active[n_stations, :] = decoded[k] if setup.use_altitude else 0.0
+        for lane in range(LANES):
+            active[n_stations, lane] = decoded[k, lane] if setup.use_altitude else 0.0
         nu[:, :] = 0.0
         update_rows_9(x, p, at, h, nu, var, active, nis, determinant)
         for i in range(45):
-            out[k, i] = p[i, 0]
+            for lane in range(LANES):
+                out[k, i, lane] = p[i, lane]

@@ -336,10 +336,17 @@ def _write(k, lanes, setup, track, now, report):
     for i in range(9):
         for lane in range(lanes):
             report.state[k, i, lane] = track.x[0, i, lane] * now.shown[lane]
-    for i in range(45 if report.covariance.shape[0] > 0 else 0):
-        for lane in range(lanes):
-            report.covariance[k, i, lane] = track.p[0, i, lane] * now.shown[lane]
-    _write_receptions(k, lanes, setup, track, now, report)
+    if report.covariance.shape[1] == 45:
+        for i in range(45):
+            for lane in range(lanes):
+                report.covariance[k, i, lane] = track.p[0, i, lane] * now.shown[lane]
+        _write_receptions(k, lanes, setup, track, now, report)
+    else:
+        for a in range(3):
+            for b in range(a + 1):
+                i = 3 * a * (3 * a + 1) // 2 + 3 * b
+                for lane in range(lanes):
+                    report.covariance[k, a * (a + 1) // 2 + b, lane] = track.p[0, i, lane] * now.shown[lane]
 
 
 @inlined

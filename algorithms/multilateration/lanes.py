@@ -134,6 +134,7 @@ class Report(NamedTuple):
     time: Floats
     state: Floats
     covariance: Floats
+    """(M, 45, L) packed; in a lean report (M, 6, L), of the position alone"""
     nis: Floats
     dof: Ints
     status: Ints
@@ -270,18 +271,21 @@ def new_track() -> Track:
     )
 
 
-def new_report(marks: int, stations: int, lanes: int, *, covariance: bool = True) -> Report:
-    """Room for the report of so many marks; without room for covariances they are not written."""
+def new_report(marks: int, stations: int, lanes: int, *, lean: bool = False) -> Report:
+    """Room for the report of so many marks; a lean one has what scores need: the position's covariance alone, and
+    nothing of single receptions.
+    """
+    receptions = 0 if lean else marks
     return Report(
         time=np.full((marks, lanes), np.nan),
         state=np.full((marks, 9, lanes), np.nan),
-        covariance=np.full((marks if covariance else 0, 45, lanes), np.nan),
+        covariance=np.full((marks, 6 if lean else 45, lanes), np.nan),
         nis=np.full((marks, lanes), np.nan),
         dof=np.zeros((marks, lanes), np.int64),
         status=np.full((marks, lanes), NOT_INITIALISED, np.int64),
         reason=np.zeros((marks, lanes), np.int64),
         track=np.zeros((marks, lanes), np.int64),
-        used=np.zeros((marks, stations, lanes), np.bool_),
+        used=np.zeros((receptions, stations, lanes), np.bool_),
         altitude_used=np.zeros((marks, lanes), np.bool_),
-        residual=np.full((marks, stations, lanes), np.nan),
+        residual=np.full((receptions, stations, lanes), np.nan),
     )

@@ -9,13 +9,15 @@ outliers, loss and restart are ours; the rows are Helmert contrasts (the same up
 
 from __future__ import annotations
 
+from algorithms.multilateration.bound import horizontal_bound
 from algorithms.multilateration.measures import measure
 from algorithms.multilateration.outputs import OUTPUTS
 from algorithms.multilateration.parameters import FilterParameters
 from algorithms.multilateration.tables import tabulate
-from algorithms.multilateration.tracker import run_filter
+from algorithms.multilateration.tracker import run_filter, score_filter
 from algorithms.recording import ToaMarks
 from algorithms.result import Result
+from algorithms.scores import Floats, Scores
 from algorithms.spec import Algorithm, Reference, RunContext
 
 
@@ -26,6 +28,16 @@ class RdfParameters(FilterParameters):
 def run(recording: ToaMarks, parameters: RdfParameters, context: RunContext) -> Result:
     """Filter every target of a recording by its range differences."""
     return run_filter(recording, parameters, context, altitude=False)
+
+
+def score(recording: ToaMarks, parameters: RdfParameters, context: RunContext) -> Scores:
+    """Filter simulated trials and score them against the truth."""
+    return score_filter(recording, parameters, context, altitude=False)
+
+
+def bound(recording: ToaMarks, parameters: RdfParameters) -> Floats:
+    """Posterior Cramer-Rao bound of the rms horizontal error for the filter's own model of the motion."""
+    return horizontal_bound(recording, parameters, altitude=False)
 
 
 ALGORITHM = Algorithm(
@@ -41,4 +53,6 @@ ALGORITHM = Algorithm(
     run=run,
     tabulate=tabulate,
     measure=measure,
+    score=score,
+    bound=bound,
 )

@@ -23,7 +23,9 @@ from algorithms.multilateration.parameters import AltitudeParameters
 from algorithms.multilateration.tables import tabulate
 from algorithms.recording import ToaMarks
 from algorithms.result import Output, Result, Table
+from algorithms.scores import Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
+from algorithms.toolbox.metrics.position_scores import score_positions
 
 
 class SingleMarkParameters(AltitudeParameters):
@@ -53,6 +55,24 @@ def run(recording: ToaMarks, parameters: SingleMarkParameters, context: RunConte
     arrays = solve_recording(recording, conditions, toa, altitude, context)
     settings = conditions.settings | {"altitude": given_or_default(parameters, "altitude")}
     return Result(arrays, conditions.notes, settings)
+
+
+def score(recording: ToaMarks, parameters: SingleMarkParameters, context: RunContext) -> Scores:
+    """Solve simulated marks and score them against the truth; an ambiguous mark has no estimate."""
+    arrays = run(recording, parameters, context).arrays
+    p = arrays["covariance"]
+    packed = np.stack([p[:, 3 * i, 3 * j] for i in range(3) for j in range(i + 1)], axis=1)
+    return score_positions(
+        time_s=recording.time_s,
+        target=recording.target,
+        targets=recording.targets,
+        truth_m=recording.truth_m,
+        truth_velocity_mps=recording.truth_velocity_mps,
+        state=arrays["state"],
+        covariance=packed,
+        nis=arrays["nis"],
+        dof=arrays["dof"],
+    )
 
 
 def _tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
@@ -94,4 +114,5 @@ ALGORITHM = Algorithm(
     run=run,
     tabulate=_tabulate,
     measure=measure,
+    score=score,
 )

@@ -13,9 +13,11 @@ from algorithms.multilateration.lanes import Marks, Report, Setup, Track
 from algorithms.multilateration.parameters import FilterParameters, Start
 from algorithms.recording import ToaMarks
 from algorithms.result import Result, Setting
+from algorithms.scores import Scores
 from algorithms.spec import RunContext
 from algorithms.toolbox.kernels import LANES
 from algorithms.toolbox.kernels.symmetric import pack, unpack
+from algorithms.toolbox.metrics.position_scores import score_positions
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE
 
 Floats = NDArray[np.float64]
@@ -34,26 +36,41 @@ def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunCo
     RunCancelled
         Where the context says so.
     """
-    profile = parameters.profile
-    conditions = conditions_of(recording, parameters, profile=profile, with_altitude=altitude)
-    form = parameters.process_noise or ("paper" if profile == "article" else "white")
+    report, conditions, settings = _filtered(recording, parameters, context, altitude=altitude, lean=False)
+    return Result(_arrays(recording, report), conditions.notes, settings)
+
+
+def score_filter(recording: ToaMarks, parameters: FilterParameters, context: RunContext, *, altitude: bool) -> Scores:
+    """Filter a block of simulated trials and score it against the truth."""
+    report, _, _ = _filtered(recording, parameters, context, altitude=altitude, lean=True)
+    return score_positions(
+        time_s=recording.time_s,
+        target=recording.target,
+        targets=recording.targets,
+        truth_m=recording.truth_m,
+        truth_velocity_mps=recording.truth_velocity_mps,
+        state=report.state,
+        covariance=report.covariance,
+        # A mark whose noise was scaled up is a decision; one late reception would drown the mean.
+        nis=np.where(report.status == lanes.DOWNWEIGHTED, np.nan, report.nis),
+        dof=report.dof,
+    )
+
+
+def _filtered(
+    recording: ToaMarks, parameters: FilterParameters, context: RunContext, *, altitude: bool, lean: bool
+) -> tuple[Report, Conditions, dict[str, Setting]]:
+    """Run the kernel over all targets and trials; a lean report has what scores need."""
+    conditions = conditions_of(recording, parameters, profile=parameters.profile, with_altitude=altitude)
     settings = conditions.settings | {
         "profile": given_or_default(parameters, "profile"),
-        "process_noise": Setting(form, "run" if parameters.process_noise else "profile"),
+        "process_noise": Setting(_process_noise(parameters), "run" if parameters.process_noise else "profile"),
         "sigma_jerk_mps3": given_or_default(parameters, "sigma_jerk_mps3"),
     }
-    gate_length = recording.site.gate_length_s if recording.site is not None else None
-    setup = setup_of(
-        conditions,
-        sigma_jerk_mps3=parameters.sigma_jerk_mps3,
-        process_noise=form,
-        altitude=altitude,
-        robust=profile == "robust",
-        gate_length_s=gate_length or 0.0,
-    )
+    setup = filter_setup(recording, parameters, conditions, altitude=altitude)
     toa = toa_of(recording, conditions)
     trials = toa.shape[2]
-    whole = lanes.new_report(len(recording), toa.shape[1], trials)
+    whole = lanes.new_report(len(recording), toa.shape[1], trials, lean=lean)
     offset = np.zeros(trials, np.int64)
     done, total = 0, max(len(recording) * trials, 1)
     for target in range(len(recording.targets)):
@@ -68,7 +85,7 @@ def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunCo
                 np.ascontiguousarray(recording.altitude_m[rows][:, part]),
             )
             track = started(parameters.start, recording, rows, np.arange(part.start, part.stop), context)
-            report = lanes.new_report(rows.size, toa.shape[1], part.stop - part.start)
+            report = lanes.new_report(rows.size, toa.shape[1], part.stop - part.start, lean=lean)
             now, work = lanes.new_now(toa.shape[1]), lanes.new_rows(toa.shape[1])
             step = max(1, SLICE_RECEPTIONS // max(toa.shape[1], 1))
             for k in range(0, rows.size, step):
@@ -79,9 +96,27 @@ def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunCo
                 context.progress(done / total)
             report.track[report.track > 0] += np.broadcast_to(offset[part], report.track.shape)[report.track > 0]
             for ours, theirs in zip(whole, report, strict=True):
-                ours[rows, ..., part] = theirs
+                if ours.shape[0]:
+                    ours[rows, ..., part] = theirs
             offset[part] = np.maximum(offset[part], report.track.max(axis=0, initial=0))
-    return Result(_arrays(recording, whole), conditions.notes, settings)
+    return whole, conditions, settings
+
+
+def filter_setup(recording: ToaMarks, parameters: FilterParameters, conditions: Conditions, *, altitude: bool) -> Setup:
+    """Gather the constants of a kernel call for a filter with these parameters."""
+    gate_length = recording.site.gate_length_s if recording.site is not None else None
+    return setup_of(
+        conditions,
+        sigma_jerk_mps3=parameters.sigma_jerk_mps3,
+        process_noise=_process_noise(parameters),
+        altitude=altitude,
+        robust=parameters.profile == "robust",
+        gate_length_s=gate_length or 0.0,
+    )
+
+
+def _process_noise(parameters: FilterParameters) -> str:
+    return parameters.process_noise or ("paper" if parameters.profile == "article" else "white")
 
 
 def setup_of(
@@ -120,7 +155,7 @@ def started(
     track = lanes.new_track()
     if start.mode == "auto":
         return track
-    covariance = _start_covariance(start)
+    covariance = start_covariance(start)
     time = float(recording.time_s[rows[0]])
     state = np.zeros(9)
     if start.mode == "given":
@@ -145,7 +180,8 @@ def started(
     return track
 
 
-def _start_covariance(start: Start) -> Floats:
+def start_covariance(start: Start) -> Floats:
+    """(9, 9): covariance of a start that is given or drawn around the truth."""
     if start.covariance is not None:
         covariance = np.array(start.covariance)
         if not np.allclose(covariance, covariance.T, rtol=1e-9, atol=0) or np.linalg.eigvalsh(covariance)[0] <= 0:

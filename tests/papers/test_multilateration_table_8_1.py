@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from algorithms.multilateration.bound import posterior_covariance
-from algorithms.multilateration.conditions import conditions_of
-from algorithms.multilateration.parameters import FilterWithAltitudeParameters
+from algorithms.multilateration.bound import horizontal_bound
+from algorithms.multilateration.parameters import FilterWithAltitudeParameters, Start
 from algorithms.multilateration.scenario import CircuitParameters, simulate_circuit
-from algorithms.multilateration.tracker import setup_of
 from algorithms.toolbox.bounds.one_mark import one_mark_covariance
 from algorithms.toolbox.frames import earth as earths
 
@@ -47,21 +45,10 @@ def claimed(circuit):
     """DRMS along the track by altitude error; None = without altitude."""
     out = {}
     for sigma in TABLE:
-        parameters = FilterWithAltitudeParameters(profile="article", sigma_altitude_m=sigma)
-        conditions = conditions_of(circuit, parameters, profile="article", with_altitude=True)
-        setup = setup_of(
-            conditions, sigma_jerk_mps3=0.1, process_noise="paper", altitude=sigma is not None, robust=False
+        parameters = FilterWithAltitudeParameters(
+            profile="article", sigma_altitude_m=sigma, start=Start(mode="truth", sd=(500, 50, 1))
         )
-        marks = len(circuit)
-        p = posterior_covariance(
-            circuit.time_s,
-            circuit.truth_m,
-            np.ones((marks, 4), bool),
-            np.ones(marks, bool),
-            np.kron(np.eye(3), np.diag([500.0**2, 50.0**2, 1.0])),
-            setup,
-        )
-        out[sigma] = np.sqrt(p[:, 0, 0] + p[:, 3, 3])
+        out[sigma] = horizontal_bound(circuit, parameters, altitude=sigma is not None)
     return out
 
 

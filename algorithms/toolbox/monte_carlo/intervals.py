@@ -12,6 +12,7 @@ A quantile q is where the share below is p: its interval is the quantiles at the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,20 +80,33 @@ def _wilson(m: Moments) -> tuple[float, float]:
     return max(0.0, float(middle - half)), min(1.0, float(middle + half))
 
 
-def quantile_with_interval(values: NDArray[np.float32], p: float) -> tuple[float, float, float, int]:
-    """Quantile of values (K, N) of N trials, its interval, and how many values there were; NaN = none."""
-    flat = values[np.isfinite(values)]
+def quantiles_with_intervals(
+    values: NDArray[np.float32], shares: Sequence[float]
+) -> list[tuple[float, float, float, int]]:
+    """Quantiles of values (K, N) of N trials: each with its interval and the number of values; NaN = none."""
     nan = float("nan")
-    if flat.size == 0:
-        return nan, nan, nan, 0
-    flat = np.sort(flat)
-    q = float(np.quantile(flat, p))
     finite = np.isfinite(values)
+    flat = np.sort(values[finite])
+    if flat.size == 0:
+        return [(nan, nan, nan, 0)] * len(shares)
     d = finite.sum(axis=0).astype(float)
-    below = (finite & (values <= q)).sum(axis=0).astype(float)
-    m = Moments(values.shape[1], below.sum(), d.sum(), below @ below, below @ d, d @ d)
-    if not np.isfinite(m.variance) or p in (0.0, 1.0):
-        return q, nan, nan, flat.size
-    half = student(m.trials) * np.sqrt(m.variance)
-    low, high = np.quantile(flat, [max(p - half, 0.0), min(p + half, 1.0)])
-    return q, float(low), float(high), flat.size
+    out = []
+    for p in shares:
+        q = _of_sorted(flat, p)
+        below = (values <= q).sum(axis=0).astype(float)
+        m = Moments(values.shape[1], below.sum(), d.sum(), below @ below, below @ d, d @ d)
+        low = high = nan
+        if np.isfinite(m.variance) and 0 < p < 1:
+            half = student(m.trials) * np.sqrt(m.variance)
+            ends = np.clip([p - half, p + half], 0.0, 1.0)
+            low, high = (float(flat[min(int(end * flat.size), flat.size - 1)]) for end in ends)
+            low, high = min(low, q), max(high, q)
+        out.append((q, low, high, int(flat.size)))
+    return out
+
+
+def _of_sorted(flat: NDArray[np.float32], p: float) -> float:
+    """Quantile of sorted values, between neighbours by a straight line (the usual one, without sorting again)."""
+    at = p * (flat.size - 1)
+    low = int(at)
+    return float(flat[low]) + (at - low) * float(flat[min(low + 1, flat.size - 1)] - flat[low])
