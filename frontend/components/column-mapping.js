@@ -3,7 +3,7 @@
 // What it starts with is a suggestion from the names of the columns; it takes effect only when the user takes it.
 
 import { h, put } from "../js/dom.js";
-import { t, told } from "../js/i18n.js";
+import { said, t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
 import { Meanings } from "../js/meanings.js";
 import { failed, loading } from "./states.js";
@@ -221,7 +221,7 @@ function outcome(preview) {
   const { read, accepted, rejected } = trial.rows;
   return [
     h("p", null, h("strong", { class: rejected ? "warn" : "good" }, t("mapping.counts", { n: read, read: formatCount(read), accepted: formatCount(accepted), rejected: formatCount(rejected) }))),
-    trial.rejections.length ? h("ul", { class: "small" }, trial.rejections.slice(0, 3).map((one) => h("li", { class: "break" }, one.detail))) : null,
-    trial.warnings.length ? h("ul", { class: "small muted" }, trial.warnings.map((one) => h("li", { class: "break" }, one.detail))) : null,
+    trial.rejections.length ? h("ul", { class: "small" }, trial.rejections.slice(0, 3).map((one) => h("li", { class: "break" }, said(one.detail)))) : null,
+    trial.warnings.length ? h("ul", { class: "small muted" }, trial.warnings.map((one) => h("li", { class: "break" }, said(one.detail)))) : null,
   ].filter((node) => node !== null);
 }

@@ -3,7 +3,7 @@
 
 import { define, put, h } from "../js/dom.js";
 import { get, Problem } from "../js/api.js";
-import { t } from "../js/i18n.js";
+import { said, t } from "../js/i18n.js";
 
 /** @import { Meta } from "../types.d.ts" */
 
@@ -43,8 +43,8 @@ class EngineState extends HTMLElement {
 
   /** @param {Meta["engine"]} engine */
   show(engine) {
-    if (engine.state === "failed" || engine.state === "stopped") put(this, h("span", { class: "bad", title: engine.detail ?? null }, t("engine.failed")));
-    else if (engine.state !== "ready") put(this, h("span", { class: "warn", title: engine.detail ?? null }, t("engine.warming_up")));
+    if (engine.state === "failed" || engine.state === "stopped") put(this, h("span", { class: "bad", title: said(engine.detail ?? "") || null }, t("engine.failed")));
+    else if (engine.state !== "ready") put(this, h("span", { class: "warn", title: said(engine.detail ?? "") || null }, t("engine.warming_up")));
     else {
       const busy = engine.running || engine.queued ? `, ${t("engine.busy", { running: engine.running, queued: engine.queued })}` : "";
       put(this, `${t("engine.ready", { n: engine.workers })}${busy}`);

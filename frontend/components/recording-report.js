@@ -4,7 +4,7 @@
 import { h, put } from "../js/dom.js";
 import { apiUrl, getText } from "../js/api.js";
 import { parseCsv } from "../js/csv.js";
-import { t, told } from "../js/i18n.js";
+import { said, t, told } from "../js/i18n.js";
 import { formatCount, formatNumber } from "../js/numbers.js";
 import { dataTable } from "./data-table.js";
 import { failed } from "./states.js";
@@ -51,7 +51,7 @@ export function warningsList(recording) {
   if (!recording.warnings.length) return null;
   return h("div", { class: "notice" },
     h("ul", { class: "stack tight" }, recording.warnings.map((warning) => h("li", null,
-      told(`warning.${warning.code}`, ""), told(`warning.${warning.code}`, "") ? ": " : "", warning.detail,
+      told(`warning.${warning.code}`, ""), told(`warning.${warning.code}`, "") ? ": " : "", said(warning.detail),
       warning.count > 1 ? h("span", { class: "muted" }, ` (${formatCount(warning.count)}×)`) : null))));
 }
 
@@ -65,7 +65,7 @@ export function rejectionsTable(recording) {
       { title: t("report.row"), number: true, cell: (/** @type {Rejection} */ one) => formatCount(one.row), sort: (one) => one.row },
       ...(several ? [{ title: t("report.file"), cell: (/** @type {Rejection} */ one) => one.file ?? "" }] : []),
       { title: t("report.reason"), cell: (one) => told(`rejection.${one.code}`, one.code.replaceAll("_", " ")), sort: (one) => one.code },
-      { title: t("report.detail"), cell: (one) => h("span", { class: "break" }, one.detail) },
+      { title: t("report.detail"), cell: (one) => h("span", { class: "break" }, said(one.detail)) },
     ],
     rows: recording.rejections ?? [],
   });

@@ -247,11 +247,17 @@ export function parametersTab(run) {
   }));
 }
 
+/** A line of the log, with what it says in the page's language; lines of a trace stay. @param {string} line */
+function logLine(line) {
+  const [, head = "", text = ""] = /^(\S+Z \w+ +)(.*)$/.exec(line) ?? [];
+  return text ? head + said(text) : line;
+}
+
 /** @param {Run} run */
 export function logTab(run) {
   const box = h("div", { style: "padding: 12px" }, loading());
   const load = () => getText(`runs/${run.id}/log`).then(
-    (text) => put(box, text.trim() ? h("pre", null, text) : emptyState(t("log.none"))),
+    (text) => put(box, text.trim() ? h("pre", null, text.split("\n").map(logLine).join("\n")) : emptyState(t("log.none"))),
     (error) => put(box, failed(error, { retry: load })));
   load();
   return box;

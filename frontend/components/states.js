@@ -3,7 +3,7 @@
 
 import { h } from "../js/dom.js";
 import { icon } from "../js/icons.js";
-import { t, told } from "../js/i18n.js";
+import { said, t, told } from "../js/i18n.js";
 import { Problem } from "../js/api.js";
 import { copyText } from "./toast-area.js";
 
@@ -48,17 +48,25 @@ export function loading(lines = 3) {
 export function failed(error, options = {}) {
   const body = problemOf(error);
   const title = told(`problem.${body.code}`, body.title || t("problem.unknown"));
-  const detail = body.detail === title ? "" : body.detail;
-  const all = [title, detail, body.remedy, body.code, ...(body.errors ?? []).map((e) => `${e.pointer}: ${e.detail}`)];
+  const detail = body.detail === body.title ? "" : said(body.detail ?? "");
+  const remedy = (body.detail ?? "").includes(body.remedy ?? "") ? "" : said(body.remedy ?? "");
+  const errors = (body.errors ?? []).filter((one) => one.detail !== body.detail).map((one) => ({ pointer: one.pointer, detail: said(one.detail) }));
+  const all = [title, detail, remedy, body.code, ...errors.map((one) => `${one.pointer}: ${one.detail}`)];
   return h("div", { class: "failure", role: "alert" },
     h("strong", null, title),
     detail ? h("span", null, detail) : null,
-    body.remedy && !(detail ?? "").includes(body.remedy) ? h("span", null, body.remedy) : null,
-    ...(body.errors ?? []).filter((e) => e.detail !== detail).map((e) => h("span", { class: "small" }, h("code", null, e.pointer), " ", e.detail)),
+    remedy ? h("span", null, remedy) : null,
+    ...errors.map((one) => h("span", { class: "small" }, h("code", null, one.pointer), " ", one.detail)),
     h("span", { class: "row small" },
       body.code ? h("code", { class: "muted" }, body.code) : null,
       h("button", { class: "link", type: "button", onclick: () => copyText(all.filter(Boolean).join("\n")) }, t("action.copy")),
       options.retry ? h("button", { class: "link", type: "button", onclick: options.retry }, t("action.try_again")) : null));
+}
+
+/** What went wrong in one line. @param {unknown} error */
+export function wordsOf(error) {
+  const body = problemOf(error);
+  return said(body.detail ?? "") || told(`problem.${body.code}`, body.title || t("problem.unknown"));
 }
 
 /**

@@ -2,8 +2,20 @@
 // Russian for what the server sends in English: by code where it sends one, else by the English text itself.
 // A contract test holds these lists against the server's own.
 
+import answers from "./ru-answers.js";
+import reading from "./ru-reading.js";
+
 /** @type {Record<string, string>} */
 export const codes = {
+  "file_role.data": "измерения",
+  "file_role.site": "описание системы",
+  "file_role.truth": "истина",
+  "axis.mark": "отметка",
+  "axis.trial": "реализация",
+  "axis.component": "составляющая",
+  "axis.station": "пункт",
+  "axis.root": "решение",
+  "axis.axis": "ось",
   "rejection.bad_measurements": "приёмы не читаются",
   "rejection.duplicate_row": "повторяет другую строку",
   "rejection.empty_row": "нет измерений",
@@ -162,6 +174,8 @@ export const codes = {
 
 /** @type {Record<string, string>} */
 export const words = {
+  "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
+  "squares of the state's units": "квадраты единиц состояния",
   "m": "м",
   "km": "км",
   "s": "с",
@@ -300,7 +314,10 @@ export const words = {
   "The site does not name every radar; its plots are drawn around the origin.": "В описании системы есть не все РЛС; их отметки показаны вокруг начала координат.",
 };
 
-// Texts with numbers or names in them.
+/** Whole sentences with places for what is filled in. @type {Record<string, string>} */
+export const sentences = { ...answers, ...reading };
+
+// Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */
 export const patterns = [
   [/^Time from (.+), s$/, "Время от $1, с"],
@@ -313,15 +330,15 @@ export const patterns = [
   [/^rate (\d+)$/, "скорость $1"],
   [/^(2\.5|97\.5) %, (.+) to (.+) dof$/, "$1 %, ст. св.: от $2 до $3"],
   [/^(2\.5|97\.5) %, (.+) dof$/, "$1 %, ст. св.: $2"],
-  [/^95 % error ellipses at (\S+) of (\S+) estimates?\.$/, "95 % эллипсы ошибок показаны у $1 оценок из $2."],
-  [/^No estimate, so no place in the plan: (\S+) marks?; the decisions list them\.$/, "Отметок без оценки, а значит и без места на плане: $1; они перечислены в решениях."],
-  [/^The actual error is below the claimed one at (\S+) % of (\S+) marks? \(63 to 68 % when the claim is right\)\.$/, "Фактическая ошибка меньше заявленной у $1 % отметок из $2 (от 63 до 68 %, когда заявленная верна)."],
-  [/^(\S+) % of (\S+) marks? lie inside their own 95 % band\.$/, "$1 % отметок из $2 лежат в своей 95 % полосе."],
-  [/^The mean leaves out (\S+) marks? that did not enter the estimate as the model foresees \(hollow\)\.$/, "В среднее не входят отметки, взятые не так, как предполагает модель (полые): $1."],
-  [/^Outside the first view: (\S+) of (\S+) (?:points?|estimates?|marks?); a double click shows them\.$/, "За пределами первого вида: $1 из $2; двойной щелчок их покажет."],
-  [/^Shares in bins of (\S+) s\.$/, "Доли по отрезкам в $1 с."],
-  [/^Lines and large symbols: root mean squares of (\S+) s; small points: single marks\.$/, "Линии и крупные знаки: СКО за $1 с; мелкие точки: отдельные отметки."],
-  [/^No place on a logarithmic axis: (\S+) errors? of exactly 0 m\.$/, "Ошибок ровно 0 м, которым нет места на логарифмической оси: $1."],
-  [/^No place on a logarithmic axis: (\S+) marks? with NIS of exactly 0\.$/, "Отметок с NIS ровно 0, которым нет места на логарифмической оси: $1."],
-  [/^Drawn as ground ranges for want of elevation and altitude: (\S+) slant ranges?\.$/, "Наклонных дальностей, показанных как горизонтальные за неимением угла места и высоты: $1."],
+  [/^95 % error ellipses at (.+?) of (.+?) estimates?\.$/, "95 % эллипсы ошибок показаны у $1 оценок из $2."],
+  [/^No estimate, so no place in the plan: (.+?) marks?; the decisions list them\.$/, "Отметок без оценки, а значит и без места на плане: $1; они перечислены в решениях."],
+  [/^The actual error is below the claimed one at (.+?) % of (.+?) marks? \(63 to 68 % when the claim is right\)\.$/, "Фактическая ошибка меньше заявленной у $1 % отметок из $2 (от 63 до 68 %, когда заявленная верна)."],
+  [/^(.+?) % of (.+?) marks? lie inside their own 95 % band\.$/, "$1 % отметок из $2 лежат в своей 95 % полосе."],
+  [/^The mean leaves out (.+?) marks? that did not enter the estimate as the model foresees \(hollow\)\.$/, "В среднее не входят отметки, взятые не так, как предполагает модель (полые): $1."],
+  [/^Outside the first view: (.+?) of (.+?) (?:points?|estimates?|marks?); a double click shows them\.$/, "За пределами первого вида: $1 из $2; двойной щелчок их покажет."],
+  [/^Shares in bins of (.+?) s\.$/, "Доли по отрезкам в $1 с."],
+  [/^Lines and large symbols: root mean squares of (.+?) s; small points: single marks\.$/, "Линии и крупные знаки: СКО за $1 с; мелкие точки: отдельные отметки."],
+  [/^No place on a logarithmic axis: (.+?) errors? of exactly 0 m\.$/, "Ошибок ровно 0 м, которым нет места на логарифмической оси: $1."],
+  [/^No place on a logarithmic axis: (.+?) marks? with NIS of exactly 0\.$/, "Отметок с NIS ровно 0, которым нет места на логарифмической оси: $1."],
+  [/^Drawn as ground ranges for want of elevation and altitude: (.+?) slant ranges?\.$/, "Наклонных дальностей, показанных как горизонтальные за неимением угла места и высоты: $1."],
 ];

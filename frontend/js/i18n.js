@@ -2,6 +2,7 @@
 // Every text of the page comes from a dictionary; `t` fills it in, plural forms follow the language.
 
 import en from "../i18n/en.js";
+import { translator } from "./sentences.js";
 
 /** @typedef {keyof typeof en} Key */
 /** @typedef {string | Record<string, string>} Entry */
@@ -13,8 +14,10 @@ export const LANGUAGES = /** @type {const} */ (["en", "ru"]);
 let dictionary = en;
 /** @type {Language} */
 let current = "en";
-/** The language's own words for what the server sends in English. @type {{codes: Record<string, string>, words: Record<string, string>, patterns: [RegExp, string][]} | null} */
+/** The language's own words for what the server sends in English. @type {{codes: Record<string, string>, words: Record<string, string>, patterns: [RegExp, string][], sentences: Record<string, string>} | null} */
 let server = null;
+/** @type {(text: string) => string | null} */
+let sentence = () => null;
 let plurals = new Intl.PluralRules("en");
 
 /** The language in use. */
@@ -36,6 +39,7 @@ export function preferredLanguage() {
 export async function setLanguage(name) {
   dictionary = name === "en" ? en : (await import(`../i18n/${name}.js`)).default;
   server = name === "en" ? null : await import(`../i18n/${name}-server.js`);
+  sentence = server ? translator(server.sentences) : () => null;
   current = name;
   plurals = new Intl.PluralRules(name);
   document.documentElement.lang = name;
@@ -71,7 +75,7 @@ export function said(text) {
   const known = Object.hasOwn(server.words, plain) ? server.words[plain] : undefined;
   if (known !== undefined) return known;
   for (const [pattern, words] of server.patterns) if (pattern.test(plain)) return plain.replace(pattern, words);
-  return text;
+  return sentence(plain) ?? text;
 }
 
 /**

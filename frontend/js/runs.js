@@ -1,14 +1,14 @@
 // @ts-check
 // What the pages say about a run, and what would start it again.
 
-import { t } from "./i18n.js";
+import { said, t } from "./i18n.js";
 import { routeTo } from "./router.js";
 
 /** @import { Run } from "../types.d.ts" */
 
 /** The words for a run: its label, else what it reprocessed. @param {Run} run */
 export function titleOf(run) {
-  return run.label || run.source.name || t("run.untitled", { id: run.id.slice(0, 8) });
+  return said(run.label ?? "") || run.source.name || t("run.untitled", { id: run.id.slice(0, 8) });
 }
 
 /** @param {Run} run @returns {number | null} */

@@ -195,7 +195,7 @@ export function placeErrors(errors) {
     const index = Number(found[1]);
     const fields = entries.get(index) ?? new Map();
     const name = found[2] ?? found[3] ?? "";
-    fields.set(name, [fields.get(name), error.detail].filter(Boolean).join(" "));
+    fields.set(name, [fields.get(name), said(error.detail)].filter(Boolean).join(" "));
     entries.set(index, fields);
   }
   return { entries, rest };

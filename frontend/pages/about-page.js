@@ -3,7 +3,7 @@
 
 import { define, h, put } from "../js/dom.js";
 import { get } from "../js/api.js";
-import { formatInstant, t, told } from "../js/i18n.js";
+import { formatInstant, said, t, told } from "../js/i18n.js";
 import { formatBytes, formatCount } from "../js/numbers.js";
 import { setTitle } from "../components/app-frame.js";
 import { failed, loading } from "../components/states.js";
@@ -48,7 +48,7 @@ class AboutPage extends HTMLElement {
           [t("about.workers"), formatCount(engine.workers)],
           [t("state.running"), formatCount(engine.running)],
           [t("state.queued"), formatCount(engine.queued)],
-          ...(engine.detail ? [/** @type {Pair} */ ([t("report.detail"), engine.detail])] : []),
+          ...(engine.detail ? [/** @type {Pair} */ ([t("report.detail"), said(engine.detail)])] : []),
         ])),
         section(t("about.limits"), pairs([
           [t("about.max_upload"), formatBytes(limits.max_upload_bytes)],

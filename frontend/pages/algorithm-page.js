@@ -77,7 +77,7 @@ function outputTable(algorithm) {
   return h("div", { class: "table-wrap", tabindex: 0, role: "region", "aria-label": t("algorithms.outputs") }, h("table", null,
     h("thead", null, h("tr", null, [t("algorithms.output"), t("algorithms.axes"), t("algorithms.unit"), t("algorithms.meaning")].map((one) => h("th", { scope: "col" }, one)))),
     h("tbody", null, algorithm.outputs.map((output) => h("tr", null,
-      h("th", { scope: "row" }, h("code", null, output.name)), h("td", null, output.axes.join(" × ")), h("td", { class: "nowrap" }, said(output.unit ?? "") || "–"), h("td", null, said(output.meaning ?? "")))))));
+      h("th", { scope: "row" }, h("code", null, output.name)), h("td", null, output.axes.map((one) => told(`axis.${one}`, one)).join(" × ")), h("td", { class: "nowrap" }, said(output.unit ?? "") || "–"), h("td", null, said(output.meaning ?? "")))))));
 }
 
 /** @param {Reference} reference */

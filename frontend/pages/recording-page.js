@@ -14,7 +14,7 @@ import { planTools } from "../components/plan-tools.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
 import { readCounts, rejectionsTable, warningsList } from "../components/recording-report.js";
 import { siteTable } from "../components/site-table.js";
-import { failed, loading, stateBadge } from "../components/states.js";
+import { failed, loading, stateBadge, wordsOf } from "../components/states.js";
 import { toast } from "../components/toast-area.js";
 import "../components/recording-upload.js";
 
@@ -133,8 +133,8 @@ class RecordingPage extends HTMLElement {
     try {
       await remove(`recordings/${recording.id}`);
     } catch (error) {
-      if (!(error instanceof Problem) || error.status !== 409) return toast(error instanceof Error ? error.message : String(error));
-      if (!(await confirmDeletion(t("recordings.delete_runs_question"), error.detail))) return undefined;
+      if (!(error instanceof Problem) || error.status !== 409) return toast(wordsOf(error));
+      if (!(await confirmDeletion(t("recordings.delete_runs_question"), wordsOf(error)))) return undefined;
       await remove(`recordings/${recording.id}`, { runs: "delete" });
     }
     toast(t("toast.deleted"));
@@ -145,7 +145,7 @@ class RecordingPage extends HTMLElement {
 
 /** @param {Recording} recording */
 function details(recording) {
-  const files = (recording.files ?? []).map((file) => `${file.role}: ${file.name} (${formatBytes(file.size)})`);
+  const files = (recording.files ?? []).map((file) => `${told(`file_role.${file.role}`, file.role)}: ${file.name} (${formatBytes(file.size)})`);
   return h("dl", { class: "pairs" },
     h("dt", null, t("recordings.id")), h("dd", null, h("code", null, recording.id)),
     h("dt", null, "SHA-256"), h("dd", null, h("code", null, recording.sha256)),

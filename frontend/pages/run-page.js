@@ -18,7 +18,7 @@ import { confirmDeletion } from "../components/confirm-dialog.js";
 import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTab, tracksTab } from "../components/run-tabs.js";
 import { editButton, tagLinks } from "../components/run-name-form.js";
 import { runVerdict } from "../components/run-verdict.js";
-import { emptyState, failed, loading, stateBadge } from "../components/states.js";
+import { emptyState, failed, loading, stateBadge, wordsOf } from "../components/states.js";
 import { copyText, toast } from "../components/toast-area.js";
 import "../components/legend-chips.js";
 import "../components/tab-bar.js";
@@ -204,7 +204,7 @@ class RunPage extends HTMLElement {
     try {
       await post(`runs/${this.runId}/cancel`);
     } catch (error) {
-      toast(error instanceof Error ? error.message : String(error));
+      toast(wordsOf(error));
     }
     await this.load();
   }
@@ -217,7 +217,7 @@ class RunPage extends HTMLElement {
       toast(t("toast.deleted"));
       go("#/runs");
     } catch (error) {
-      toast(error instanceof Error ? error.message : String(error));
+      toast(wordsOf(error));
     }
   }
 }

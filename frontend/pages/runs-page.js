@@ -16,7 +16,7 @@ import { dataTable } from "../components/data-table.js";
 import { MOST_RUNS as MOST_COMPARED } from "../components/compare-tray.js";
 import { composeWith } from "../components/drop-zone.js";
 import { editButton, tagLinks } from "../components/run-name-form.js";
-import { emptyState, failed, loading, stateBadge } from "../components/states.js";
+import { emptyState, failed, loading, stateBadge, wordsOf } from "../components/states.js";
 import { toast } from "../components/toast-area.js";
 
 /** @import { Algorithm, Page, Recording, Run } from "../types.d.ts" */
@@ -175,7 +175,7 @@ class RunsPage extends HTMLElement {
       this.runs = [...this.runs, ...page.items];
       this.show();
     } catch (error) {
-      if (!this.stop?.signal.aborted) toast(error instanceof Error ? error.message : String(error));
+      if (!this.stop?.signal.aborted) toast(wordsOf(error));
     }
   }
 
@@ -286,7 +286,7 @@ class RunsPage extends HTMLElement {
       this.show();
       toast(t("toast.deleted"));
     } catch (error) {
-      toast(error instanceof Error ? error.message : String(error));
+      toast(wordsOf(error));
     }
   }
 }
@@ -345,7 +345,7 @@ function stateCell(run) {
 /** @param {Run} run */
 function metricCell(run) {
   const key = keyMetric(run.summary);
-  if (!key) return run.error ? h("span", { class: "small muted" }, run.error.code ?? "") : "";
+  if (!key) return run.error ? h("span", { class: "small muted" }, told(`problem.${run.error.code}`, run.error.code ?? "")) : "";
   return h("span", { title: told(`metric.${key.metric}`, key.metric) },
     h("b", null, formatQuantity(key.best.value, key.metric.endsWith("_m") ? "m" : "")), " ",
     h("span", { class: "small muted" }, `${key.best.label}, ${told(`metric_short.${key.metric}`, key.metric)}`));

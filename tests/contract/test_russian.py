@@ -5,14 +5,19 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import pytest
+from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
+from pydantic import TypeAdapter, ValidationError
 
 from algorithms.multilateration import lanes
 from algorithms.registry import algorithms_by_name
 from algorithms.spec import Algorithm
 from backend.charts.catalogue import charts
 from backend.http.problem_codes import PROBLEMS
+from backend.http.problems import items_of
+from tests.contract.server_sentences import sentences
 
 ENTRY = re.compile(r'^ {2}("(?:[^"\\]|\\.)*"): ("(?:[^"\\]|\\.)*"),$', re.M)
 PATTERN = re.compile(r"^ {2}\[/(.+)/, \"", re.M)
@@ -22,8 +27,7 @@ FAMILIES = ("multilateration",)
 @pytest.fixture(scope="module")
 def russian(repository: Path) -> dict[str, str]:
     """Texts by key: the codes, and the server's English sentences."""
-    folder = repository / "frontend" / "i18n"
-    text = (folder / "ru.js").read_text("utf-8") + (folder / "ru-server.js").read_text("utf-8")
+    text = "".join(path.read_text("utf-8") for path in sorted((repository / "frontend" / "i18n").glob("ru*.js")))
     return {json.loads(key): json.loads(value) for key, value in ENTRY.findall(text)}
 
 
@@ -95,3 +99,46 @@ def test_codes_of_rejections_and_warnings(russian: dict[str, str], repository: P
         codes = re.findall(r"^\| `(\w+)` \|", section, re.M)
         assert len(codes) > 10
         assert [code for code in codes if f"{kind}.{code}" not in russian] == [], kind
+
+
+def test_sentences_of_answers_logs_and_reports(russian: dict[str, str], repository: Path) -> None:
+    """Every sentence of the sources, and every place in it that is filled in."""
+    said = sentences(repository)
+    assert len(said) > 200
+    assert {text: file for text, file in said.items() if text not in russian} == {}
+    places = re.compile(r"\{\d+\}")
+    invented = [text for text in said if not set(places.findall(russian[text])) <= set(places.findall(text))]
+    assert invented == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        (Annotated[float, Gt(0)], -1),
+        (Annotated[float, Ge(0)], -1),
+        (Annotated[float, Lt(0)], 1),
+        (Annotated[float, Le(0)], 1),
+        (float, "tall"),
+        (float, None),
+        (int, 1.5),
+        (int, "tall"),
+        (bool, []),
+        (str, 1),
+        (list[int], 1),
+        (dict[str, int], 1),
+        (Literal["white", "paper"], "red"),
+        (Annotated[str, MinLen(2)], ""),
+        (Annotated[str, MaxLen(2)], "abc"),
+        (Annotated[list[int], MinLen(2)], []),
+        (Annotated[list[int], MaxLen(2)], [1, 2, 3]),
+    ],
+    ids=str,
+)
+def test_refusals_of_single_values(kind: Any, value: object, russian: dict[str, str]) -> None:
+    """As pydantic words them."""
+    with pytest.raises(ValidationError) as caught:
+        TypeAdapter(kind).validate_python(value)
+    (item,) = items_of(caught.value)
+    templates = [re.escape(t).replace(r"\{", "{").replace(r"\}", "}") for t in russian if t.endswith(".")]
+    known = [t for t in templates if re.fullmatch(re.sub(r"\{\d+\}", "(.+?)", t), item.detail)]
+    assert known, item.detail
