@@ -28,7 +28,7 @@ def test_a_run_leaves_arrays_tables_metrics_and_a_summary(house: House) -> None:
     assert run.state == "succeeded"
     assert (run.progress_done, run.progress_total) == (200, 200)
     arrays = results.load_arrays(house.store, run)
-    draw = np.random.default_rng(np.random.SeedSequence(entropy=7, spawn_key=(0,))).standard_normal(5) + np.arange(5)
+    draw = np.random.default_rng(np.random.SeedSequence(entropy=7, spawn_key=(0, 0))).standard_normal(5) + np.arange(5)
     np.testing.assert_array_equal(arrays["entry 0/draw"], draw)
     np.testing.assert_array_equal(results.load_entry_arrays(house.store, run, "entry 1")["draw"], draw)
     states = results.load_table(house.database, house.store, run, "states")
