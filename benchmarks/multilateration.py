@@ -21,7 +21,7 @@ from algorithms.multilateration import lanes, rdfv, single_mark
 from algorithms.multilateration.conditions import conditions_of
 from algorithms.multilateration.filter_kernel import filter_marks
 from algorithms.multilateration.parameters import FilterWithAltitudeParameters, Start
-from algorithms.multilateration.scenario import CircuitParameters, simulate_circuit
+from algorithms.multilateration.scenario import CircuitParameters, simulate
 from algorithms.multilateration.tracker import setup_of, started
 from algorithms.recording import ToaMarks
 from algorithms.spec import LocalContext
@@ -167,8 +167,8 @@ def main() -> None:
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     trials = options.trials
-    recording = simulate_circuit(CircuitParameters(), tuple(range(trials)), 1)
-    one = simulate_circuit(CircuitParameters(), (0,), 1)
+    recording = simulate(CircuitParameters(), tuple(range(trials)), 1)
+    one = simulate(CircuitParameters(), (0,), 1)
     marks = len(one)
     few = 150
     rows: list[tuple[str, float]] = []

@@ -53,9 +53,9 @@ def emitter(name: str, segments: tuple[Segment, ...], trial: int, **start: float
         altitude_step_m=7.62,
         decoding_probability=0.92,
         gate_length_s=0.012,
-        outlier_probability=0.005,
+        outlier_share=0.005,
     )
-    toa, altitude, emission = simulate_marks(path, site.station_positions(), earth, noise, (trial,), SEED)
+    toa, altitude, emission = simulate_marks(path, site.station_positions(), noise, (trial,), SEED)
     return ToaMarks(
         time_s=time,
         row=np.arange(1, time.size + 1),

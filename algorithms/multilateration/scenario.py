@@ -4,140 +4,140 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.recording import ToaMarks
 from algorithms.site import Site
-from algorithms.spec import Parameters, Reference, Scenario, parameter
-from algorithms.toolbox.frames import earth as earths
-from algorithms.toolbox.scenario.marks import MarkNoise, simulate_marks
-from algorithms.toolbox.scenario.trajectory import Segment, fly
+from algorithms.spec import Reference, Scenario
+from algorithms.toolbox.scenario.mark_parameters import (
+    FOUR_STATIONS,
+    NamedInterval,
+    ReceptionInterval,
+    preset,
+)
+from algorithms.toolbox.scenario.recording import legs_of, simulate
+from algorithms.toolbox.scenario.targets import PathPoint, Target
+from algorithms.toolbox.scenario.timing import Gap, Interrogator
+from algorithms.toolbox.scenario.trajectory import Segment
 
 MODE_C_STEP_M = 30.48
 
-# Specification 7.0: one central station and three at 10 km, azimuths 30, 150 and 270 degrees.
-_NORTH_M = float(10_000 * np.sqrt(0.75))
-FOUR_STATIONS = (
-    ("1", 5_000.0, _NORTH_M, 15.0),
-    ("2", 5_000.0, -_NORTH_M, 15.0),
-    ("3", -10_000.0, 0.0, 15.0),
-    ("4", 0.0, 0.0, 15.0),
-)
-
 
 def four_stations(**extra: object) -> Site:
-    """Return the site of the paper."""
-    stations = [{"name": n, "east_m": x, "north_m": y, "up_m": z} for n, x, y, z in FOUR_STATIONS]
-    return Site.model_validate({"stations": stations, **extra})
+    """Return the site of the paper (specification 7.0)."""
+    places = [s.model_dump(include={"name", "east_m", "north_m", "up_m"}) for s in FOUR_STATIONS]
+    return Site.model_validate({"stations": places, **extra})
 
 
-class CircuitParameters(Parameters):
-    """Noise of the simulated circuit."""
-
-    sigma_toa_ns: float = parameter(10.0, title="Time-of-arrival error", unit="ns", symbol="σ_n", gt=0, le=1e5)
-    """Standard deviation of one time of arrival."""
-    sigma_altitude_m: float = parameter(100.0, title="Altitude error", unit="m", symbol="σ_h", gt=0, le=1e5)
-    """Standard deviation of the decoded altitude, white; also the filters' default."""
+def _legs(*legs: tuple[str, float, float]) -> tuple[NamedInterval, ...]:
+    return tuple(NamedInterval(name=name, start_s=start, stop_s=stop) for name, start, stop in legs)
 
 
+# Specification 7.1: inbound on a low-GDOP azimuth, manoeuvres, outbound on a high-GDOP azimuth.
 _CIRCUIT_TURNS = (
     (400, 0.0), (30, 1.0), (60, -1.0), (30, 1.0), (40, 0.0), (120, 1.0), (40, 0.0), (240, -1.5), (939, 0.0),
 )  # fmt: skip
-CIRCUIT = tuple(Segment(duration_s=d, turn_rate_deg_s=w) for d, w in _CIRCUIT_TURNS)
-CIRCUIT_SPEED_MPS = 200.0
-CIRCUIT_START_EAST_M = 200 * 440 + 200 / np.radians(1.0) * (2 + np.sqrt(3))
-CIRCUIT_ALTITUDE_M = 10_000.0
-CIRCUIT_MARKS = 1_900
-
-
-def simulate_circuit(parameters: CircuitParameters, trials: tuple[int, ...], seed: int) -> ToaMarks:
-    """Simulate specification 7.1: inbound on a low-GDOP azimuth, manoeuvres, outbound on a high-GDOP azimuth."""
-    site = four_stations(sigma_toa_ns=parameters.sigma_toa_ns, sigma_altitude_m=parameters.sigma_altitude_m)
-    earth = earths.sphere()
-    time = np.arange(CIRCUIT_MARKS, dtype=float)
-    path = fly(
-        time, CIRCUIT, east_m=float(CIRCUIT_START_EAST_M), north_m=0.0, altitude_m=CIRCUIT_ALTITUDE_M,
-        heading_deg=270.0, speed_mps=CIRCUIT_SPEED_MPS, earth=earth,
-    )  # fmt: skip
-    noise = MarkNoise(
-        sigma_toa_s=parameters.sigma_toa_ns * 1e-9,
-        reception_probability=np.ones((time.size, 4)),
-        sigma_altitude_m=parameters.sigma_altitude_m,
-    )
-    toa, altitude, _ = simulate_marks(path, site.station_positions(), earth, noise, trials, seed)
-    return _recording(site, time, path.position_m, path.velocity_mps, toa, altitude)
-
-
-class IncompleteParameters(Parameters):
-    """Noise of the experiment-like scenario."""
-
-    sigma_toa_ns: float = parameter(10.0, title="Time-of-arrival error", unit="ns", symbol="σ_n", gt=0, le=1e5)
-    """Standard deviation of one time of arrival."""
-    altitude_bias_sd_m: float = parameter(60.0, title="Altitude bias", unit="m", ge=0, le=1e5)
-    """Standard deviation of the bias, constant in a trial."""
-    decoding_probability: float = parameter(0.9, title="Decoding probability", unit="1", ge=0, le=1)
-    """Share of marks with a decoded altitude."""
-    sigma_altitude_m: float = parameter(100.0, title="Altitude error of the filters", unit="m", gt=0, le=1e5)
-    """Default of the filters' altitude error; the scenario's altitude is quantised and biased, not noisy."""
-
-
-INCOMPLETE = (
-    Segment(duration_s=150),
-    Segment(duration_s=100, climb_rate_mps=5),
-    Segment(duration_s=90, turn_rate_deg_s=1, climb_rate_mps=5),
-    Segment(duration_s=10, climb_rate_mps=5),
-    Segment(duration_s=190),
-    Segment(duration_s=60, turn_rate_deg_s=-1),
-    Segment(duration_s=400),
+CircuitParameters = preset(
+    "CircuitParameters",
+    targets=(
+        Target(
+            east_m=float(200 * 440 + 200 / np.radians(1.0) * (2 + np.sqrt(3))),
+            north_m=0.0,
+            altitude_m=10_000.0,
+            heading_deg=270.0,
+            speed_mps=200.0,
+            segments=tuple(Segment(duration_s=d, turn_rate_deg_s=w) for d, w in _CIRCUIT_TURNS),
+        ),
+    ),
+    legs=_legs(
+        ("inbound", 50, 400),
+        ("weave", 400, 520),
+        ("turn", 560, 680),
+        ("orbit", 720, 960),
+        ("out_near", 960, 1200),
+        ("out_far", 1200, 1900),
+    ),
 )
-INCOMPLETE_GATE_S = 0.012
 
+# Specification 7.2: the mark times are its own draw, numpy's default stream of the seed 777.
+IncompleteParameters = preset(
+    "IncompleteParameters",
+    targets=(
+        Target(
+            east_m=40_000.0,
+            north_m=-5_000.0,
+            altitude_m=3_000.0,
+            heading_deg=280.0,
+            speed_mps=120.0,
+            segments=(
+                Segment(duration_s=150),
+                Segment(duration_s=100, climb_rate_mps=5),
+                Segment(duration_s=90, turn_rate_deg_s=1, climb_rate_mps=5),
+                Segment(duration_s=10, climb_rate_mps=5),
+                Segment(duration_s=190),
+                Segment(duration_s=60, turn_rate_deg_s=-1),
+                Segment(duration_s=400),
+            ),
+        ),
+    ),
+    timing="irregular",
+    timing_seed=777,
+    gate_length_ms=12.0,
+    receptions=(
+        ReceptionInterval(start_s=0, stop_s=400, probabilities=(0.90, 0.45, 0.85, 0.90)),
+        ReceptionInterval(start_s=400, stop_s=700, probabilities=(0.90, 0.01, 0.80, 0.90)),
+        ReceptionInterval(start_s=700, probabilities=(0.85, 0.01, 0.50, 0.85)),
+    ),
+    sigma_altitude_m=0.0,
+    claimed_sigma_altitude_m=100.0,
+    altitude_bias_sd_m=60.0,
+    altitude_step_m=MODE_C_STEP_M,
+    decoding_probability=0.9,
+    legs=_legs(("0-400", 0, 400), ("400-700", 400, 700), ("700-1000", 700, 1000)),
+)
 
-def simulate_incomplete(parameters: IncompleteParameters, trials: tuple[int, ...], seed: int) -> ToaMarks:
-    """Simulate specification 7.2: irregular marks, at most 40 % complete, almost none after 400 s."""
-    site = four_stations(
-        sigma_toa_ns=parameters.sigma_toa_ns,
-        sigma_altitude_m=parameters.sigma_altitude_m,
-        gate_length_s=INCOMPLETE_GATE_S,
-    )
-    earth = earths.sphere()
-    # The mark times are part of the scenario, not of a trial: they are the specification's own draw.
-    time = np.cumsum(0.4 + np.random.default_rng(777).exponential(0.6, 2000))
-    time = time[time < 1000]
-    path = fly(
-        time, INCOMPLETE, east_m=40_000.0, north_m=-5_000.0, altitude_m=3_000.0, heading_deg=280.0, speed_mps=120.0,
-        earth=earth,
-    )  # fmt: skip
-    probability = np.where(
-        time[:, None] < 400,
-        [[0.90, 0.45, 0.85, 0.90]],
-        np.where(time[:, None] < 700, [[0.90, 0.01, 0.80, 0.90]], [[0.85, 0.01, 0.50, 0.85]]),
-    )
-    noise = MarkNoise(
-        sigma_toa_s=parameters.sigma_toa_ns * 1e-9,
-        reception_probability=probability,
-        altitude_bias_sd_m=parameters.altitude_bias_sd_m,
-        altitude_step_m=MODE_C_STEP_M,
-        decoding_probability=parameters.decoding_probability,
-        gate_length_s=INCOMPLETE_GATE_S,
-    )
-    toa, altitude, _ = simulate_marks(path, site.station_positions(), earth, noise, trials, seed)
-    return _recording(site, time, path.position_m, path.velocity_mps, toa, altitude)
-
-
-def _recording(
-    site: Site, time: np.ndarray, position: np.ndarray, velocity: np.ndarray, toa: np.ndarray, altitude: np.ndarray
-) -> ToaMarks:
-    return ToaMarks(
-        time_s=time,
-        row=np.arange(1, time.size + 1),
-        target=np.zeros(time.size, np.int64),
-        truth_m=position,
-        truth_velocity_mps=velocity,
-        site=site,
-        toa_s=toa,
-        altitude_m=altitude,
-        stations=tuple(s.name for s in site.stations),
-    )
-
+# Ours: what else can be described. Two aircraft cross at 300 s, 600 m apart in altitude.
+CrossingParameters = preset(
+    "CrossingParameters",
+    targets=(
+        Target(
+            name="A",
+            east_m=42_000.0,
+            north_m=14_000.0,
+            altitude_m=6_000.0,
+            heading_deg=270.0,
+            speed_mps=140.0,
+            segments=(
+                Segment(duration_s=330),
+                Segment(duration_s=45, turn_rate_deg_s=-2.0, climb_rate_mps=-6.0),
+                Segment(duration_s=225, climb_rate_mps=-6.0, acceleration_mps2=-0.1),
+            ),
+        ),
+        Target(
+            name="B",
+            points=tuple(
+                PathPoint(time_s=t, east_m=x, north_m=y, altitude_m=h)
+                for t, x, y, h in (
+                    (0, -30_000, -12_000, 4_500), (120, -16_000, -4_000, 5_000), (240, -4_500, 8_500, 5_400),
+                    (300, 0, 14_000, 5_400), (420, 11_000, 24_000, 5_400), (600, 33_000, 33_000, 6_500),
+                )
+            ),
+        ),
+    ),
+    timing="interrogators",
+    interrogators=(
+        Interrogator(period_s=5.0, replies=4, interval_s=0.005, reply_probability=0.8),
+        Interrogator(period_s=12.0, phase_s=3.0, replies=6, interval_s=0.004, reply_probability=0.6),
+    ),
+    gaps=(Gap(start_s=450, stop_s=490),),
+    gate_length_ms=12.0,
+    reception_probability=0.9,
+    receptions=(ReceptionInterval(start_s=200, stop_s=260, probabilities=(1.0, 0.2, 1.0, 1.0)),),
+    outlier_share=0.005,
+    sigma_altitude_m=0.0,
+    claimed_sigma_altitude_m=50.0,
+    altitude_bias_sd_m=30.0,
+    altitude_step_m=7.62,
+    decoding_probability=0.9,
+    legs=_legs(("apart", 0, 270), ("crossing", 270, 330), ("after", 330, 600)),
+)  # fmt: skip
 
 SCENARIOS = (
     Scenario(
@@ -148,7 +148,8 @@ SCENARIOS = (
         family="multilateration",
         kind="toa_marks",
         parameters=CircuitParameters,
-        simulate=simulate_circuit,
+        simulate=simulate,
+        legs=legs_of,
         references=(Reference("chugunov2023", "figs. 2, 3"),),
     ),
     Scenario(
@@ -158,7 +159,19 @@ SCENARIOS = (
         family="multilateration",
         kind="toa_marks",
         parameters=IncompleteParameters,
-        simulate=simulate_incomplete,
+        simulate=simulate,
+        legs=legs_of,
         references=(Reference("chugunov2023", "figs. 4-7"),),
+    ),
+    Scenario(
+        name="two_aircraft_crossing",
+        title="Two aircraft cross",
+        summary="Marks come in bursts from two interrogators, with a gap, late receptions and missing ones; "
+        "one aircraft flies segments, the other a table of points.",
+        family="multilateration",
+        kind="toa_marks",
+        parameters=CrossingParameters,
+        simulate=simulate,
+        legs=legs_of,
     ),
 )

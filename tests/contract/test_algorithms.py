@@ -15,14 +15,13 @@ from algorithms.recording import Recording
 from algorithms.references import REFERENCES
 from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.result import Result
-from algorithms.spec import Algorithm, LocalContext, Scenario
+from algorithms.spec import Algorithm, LocalContext
 
 ALGORITHMS = list(algorithms_by_name().values())
 SCENARIOS = list(scenarios_by_name().values())
 GROUPS = {"measurement", "motion", "association", "start", "output"}
 
 each_algorithm = pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda a: a.name)
-each_scenario = pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda s: s.name)
 
 
 def recordings(algorithm: Algorithm, trials: tuple[int, ...] = (0,), rows: int = 120) -> list[Recording]:
@@ -199,17 +198,3 @@ def test_targets_are_kept_apart(algorithm: Algorithm) -> None:
         assert result.arrays["state"][both.rows_of(target)].tobytes() == alone.tobytes()
     tracks = result.arrays["track"]
     assert not set(tracks[both.rows_of(0)].ravel()) & set(tracks[both.rows_of(1)].ravel()) - {0}
-
-
-@each_scenario
-def test_scenarios_are_reproducible_and_split(scenario: Scenario) -> None:
-    """A trial's draws depend on the seed and its number only."""
-    whole = scenario.simulate(scenario.parameters(), (0, 1, 2), 5)
-    alone = scenario.simulate(scenario.parameters(), (2,), 5)
-    other = scenario.simulate(scenario.parameters(), (2,), 6)
-    for name, array in whole.to_arrays().items():
-        if array.ndim and array.shape[-1] == 3 and name not in ("truth_m", "truth_velocity_mps"):
-            assert array[..., 2:].tobytes() == alone.to_arrays()[name].tobytes(), name
-            assert array[..., 2:].tobytes() != other.to_arrays()[name].tobytes(), name
-    schema = scenario.parameters.model_json_schema()
-    assert all(f.get("description") and f.get("title") for f in schema["properties"].values())

@@ -13,8 +13,7 @@ from algorithms.multilateration.parameters import FilterWithAltitudeParameters, 
 from algorithms.multilateration.scenario import (
     CircuitParameters,
     IncompleteParameters,
-    simulate_circuit,
-    simulate_incomplete,
+    simulate,
 )
 from algorithms.multilateration.tracker import run_filter
 from algorithms.spec import LocalContext
@@ -47,7 +46,7 @@ def errors(recording, parameters, altitude):
 @pytest.mark.slow
 @pytest.mark.parametrize("sigma", list(TABLE))
 def test_circuit_table_8_1(sigma) -> None:
-    recording = simulate_circuit(CircuitParameters(sigma_altitude_m=sigma or 100.0), tuple(range(TRIALS)), 42)
+    recording = simulate(CircuitParameters(sigma_altitude_m=sigma or 100.0), tuple(range(TRIALS)), 42)
     parameters = FilterWithAltitudeParameters(profile="article", start=START)
     e, claimed, arrays = errors(recording, parameters, sigma is not None)
     for (leg, (a, b)), (rms, half, claim) in zip(LEGS.items(), TABLE[sigma], strict=True):
@@ -63,7 +62,7 @@ def test_circuit_table_8_1(sigma) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("altitude", "medians", "over"), [(False, (12, 443, 1855), 0.71), (True, (11, 73, 86), 0.0)])
 def test_incomplete_marks_table_8_2(altitude: bool, medians: tuple[float, ...], over: float) -> None:
-    recording = simulate_incomplete(IncompleteParameters(), tuple(range(200)), 42)
+    recording = simulate(IncompleteParameters(), tuple(range(200)), 42)
     parameters = FilterWithAltitudeParameters(profile="article", start=START)
     e, _, _ = errors(recording, parameters, altitude)
     t = recording.time_s
@@ -79,7 +78,7 @@ def test_incomplete_marks_table_8_2(altitude: bool, medians: tuple[float, ...], 
 @pytest.mark.slow
 def test_the_robust_profile_costs_nothing_and_survives_outliers() -> None:
     """Clean marks: as accurate as the article's filter. 3 % of receptions late: rule 6.4(b) holds the error."""
-    recording = simulate_circuit(CircuitParameters(sigma_altitude_m=100.0), tuple(range(48)), 42)
+    recording = simulate(CircuitParameters(sigma_altitude_m=100.0), tuple(range(48)), 42)
     robust = FilterWithAltitudeParameters(start=START)
     article = FilterWithAltitudeParameters(profile="article", start=START)
     e_robust, _, arrays = errors(recording, robust, True)

@@ -9,7 +9,7 @@ import pytest
 
 from algorithms.multilateration.parameters import AltitudeParameters
 from algorithms.multilateration.receivers import assess_receivers
-from algorithms.multilateration.scenario import CircuitParameters, simulate_circuit
+from algorithms.multilateration.scenario import CircuitParameters, simulate
 from algorithms.recording import ToaMarks
 from algorithms.site import Site
 
@@ -17,7 +17,7 @@ C = 299_792_458.0
 
 
 def four() -> ToaMarks:
-    return simulate_circuit(CircuitParameters(sigma_altitude_m=30.0), (0,), 3).take(np.arange(0, 1900, 4))
+    return simulate(CircuitParameters(sigma_altitude_m=30.0), (0,), 3).take(np.arange(0, 1900, 4))
 
 
 def five() -> ToaMarks:

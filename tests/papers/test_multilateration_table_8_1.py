@@ -5,7 +5,7 @@ import pytest
 
 from algorithms.multilateration.bound import horizontal_bound
 from algorithms.multilateration.parameters import FilterWithAltitudeParameters, Start
-from algorithms.multilateration.scenario import CircuitParameters, simulate_circuit
+from algorithms.multilateration.scenario import CircuitParameters, simulate
 from algorithms.toolbox.bounds.one_mark import one_mark_covariance
 from algorithms.toolbox.frames import earth as earths
 
@@ -37,7 +37,7 @@ GAINS = {
 
 @pytest.fixture(scope="module")
 def circuit():
-    return simulate_circuit(CircuitParameters(), (0,), 0)
+    return simulate(CircuitParameters(), (0,), 0)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from algorithms.multilateration import lanes
 from algorithms.multilateration.parameters import FilterWithAltitudeParameters, Start
-from algorithms.multilateration.scenario import IncompleteParameters, simulate_incomplete
+from algorithms.multilateration.scenario import IncompleteParameters, simulate
 from algorithms.multilateration.tracker import run_filter
 from algorithms.recording import ToaMarks
 from algorithms.site import Site
@@ -28,7 +28,7 @@ PRIOR = np.kron(np.eye(3), np.diag(np.square(SD)))
 
 @pytest.fixture(scope="module")
 def marks() -> ToaMarks:
-    return simulate_incomplete(IncompleteParameters(), tuple(range(20)), 3)
+    return simulate(IncompleteParameters(), tuple(range(20)), 3)
 
 
 def start_state(recording: ToaMarks) -> np.ndarray:

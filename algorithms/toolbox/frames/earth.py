@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from algorithms.errors import FrameError
 from algorithms.site import Origin
-from algorithms.toolbox.kernels import inlined, kernel
+from algorithms.toolbox.kernels import inlined
 
 Floats = NDArray[np.float64]
 
@@ -110,33 +110,21 @@ def height_and_up(x, y, z, earth):
     )
 
 
-@kernel
-def altitudes(points, earth, out):
-    """Altitude of each point (M, 3) into out (M,)."""
-    for k in range(points.shape[0]):
-        out[k], _, _, _ = height_and_up(points[k, 0], points[k, 1], points[k, 2], earth)
-
-
-@kernel
-def _up(points, earth, out):
-    for k in range(points.shape[0]):
-        _, out[k, 0], out[k, 1], out[k, 2] = height_and_up(points[k, 0], points[k, 1], points[k, 2], earth)
-
-
 def altitude_from_position(points_m: Floats, earth: Floats) -> Floats:
     """(..., 3) m -> (...) m: altitude above the sphere or geodetic height."""
-    flat = np.ascontiguousarray(points_m, float).reshape(-1, 3)
-    out = np.empty(len(flat))
-    altitudes(flat, earth, out)
-    return out.reshape(points_m.shape[:-1])
+    return _on_arrays(points_m, earth)[0]
 
 
 def up_from_position(points_m: Floats, earth: Floats) -> Floats:
     """(..., 3) m -> (..., 3): gradient of the altitude."""
-    flat = np.ascontiguousarray(points_m, float).reshape(-1, 3)
-    out = np.empty_like(flat)
-    _up(flat, earth, out)
-    return out.reshape(points_m.shape)
+    return np.stack(_on_arrays(points_m, earth)[1:], axis=-1)
+
+
+def _on_arrays(points_m: Floats, earth: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Evaluate the kernels' own formula on whole arrays: nothing is compiled where a server only draws a chart."""
+    points = np.asarray(points_m, float)
+    h, gx, gy, gz = height_and_up.py_func(points[..., 0], points[..., 1], points[..., 2], earth)
+    return h, gx, gy, gz
 
 
 def z_from_altitude(x: Floats, y: Floats, altitude_m: Floats, earth: Floats) -> Floats:

@@ -47,11 +47,12 @@ class Segment(Parameters):
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Positions (M, 3) m, velocities (M, 3) m/s and altitudes (M,) m at the asked instants."""
+    """Positions (M, 3) m, velocities (M, 3) m/s, altitudes (M,) m and climb rates (M,) m/s at the asked instants."""
 
     position_m: Floats
     velocity_mps: Floats
     altitude_m: Floats
+    climb_rate_mps: Floats
 
 
 def fly(
@@ -114,11 +115,17 @@ def fly(
                 pointer=f"/segments/{index}/climb_rate_mps",
                 remedy="climb less steeply down, or start higher",
             )
-    z = z_from_altitude(x, y, h, earth)
-    position = np.stack([x, y, z], axis=1)
+    return above_the_earth(x, y, h, vx, vy, climb, earth)
+
+
+def above_the_earth(
+    x: Floats, y: Floats, altitude_m: Floats, vx: Floats, vy: Floats, climb_rate_mps: Floats, earth: Floats
+) -> Trajectory:
+    """Complete plan and altitude, each (M,) with its rate, to positions and velocities in the local frame."""
+    position = np.stack([x, y, z_from_altitude(x, y, altitude_m, earth)], axis=1)
     up = up_from_position(position, earth)
-    vz = (climb - up[:, 0] * vx - up[:, 1] * vy) / up[:, 2]
-    return Trajectory(position, np.stack([vx, vy, vz], axis=1), h)
+    vz = (climb_rate_mps - up[:, 0] * vx - up[:, 1] * vy) / up[:, 2]
+    return Trajectory(position, np.stack([vx, vy, vz], axis=1), altitude_m, climb_rate_mps)
 
 
 def _advance(psi: float, w: float, v: float, a: float, tau: Floats) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from algorithms.errors import ParameterError, RecordingError
 from algorithms.multilateration import lanes, rdf, rdfv, single_mark
 from algorithms.multilateration.filter_kernel import _repair
-from algorithms.multilateration.scenario import CircuitParameters, four_stations, simulate_circuit
+from algorithms.multilateration.scenario import CircuitParameters, four_stations, simulate
 from algorithms.recording import ToaMarks
 from algorithms.result import Result
 from algorithms.site import Site
@@ -23,7 +23,7 @@ C = 299_792_458.0
 
 def straight(marks: int = 60, trials: int = 1, step: float = 1.0) -> ToaMarks:
     """Return the start of the circuit, nearer to the stations: complete marks on a straight leg."""
-    recording = simulate_circuit(CircuitParameters(sigma_altitude_m=30.0), tuple(range(trials)), 4)
+    recording = simulate(CircuitParameters(sigma_altitude_m=30.0), tuple(range(trials)), 4)
     part = recording.take(np.arange(300, 300 + marks))
     return replace(part, time_s=np.arange(marks) * step, row=np.arange(1, marks + 1))
 

@@ -8,8 +8,7 @@ from algorithms.errors import ParameterError
 from algorithms.multilateration.scenario import (
     CircuitParameters,
     IncompleteParameters,
-    simulate_circuit,
-    simulate_incomplete,
+    simulate,
 )
 from algorithms.toolbox.frames import earth as earths
 from algorithms.toolbox.scenario.trajectory import Segment, fly
@@ -18,7 +17,7 @@ EARTH = earths.sphere()
 
 
 def test_circuit_checkpoints() -> None:
-    truth = simulate_circuit(CircuitParameters(), (0,), 0).truth_m
+    truth = simulate(CircuitParameters(), (0,), 0).truth_m
     for t, x, y in (
         (0, 130_766.152, 0), (400, 50_766.152, 0), (520, 27_847.840, 0), (560, 19_847.840, 0),
         (680, 9_923.920, 17_188.734), (720, 13_923.920, 24_116.937), (960, 13_923.920, 24_116.937),
@@ -29,7 +28,7 @@ def test_circuit_checkpoints() -> None:
 
 
 def test_incomplete_marks_are_the_specifications_own() -> None:
-    recording = simulate_incomplete(IncompleteParameters(), tuple(range(40)), 1)
+    recording = simulate(IncompleteParameters(), tuple(range(40)), 1)
     assert len(recording) == 1022
     assert recording.time_s[0] == pytest.approx(1.80265468, abs=1e-8)
     assert np.diff(recording.time_s).max() == pytest.approx(4.211, abs=1e-3)
