@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from algorithms.recording import Floats, Ints
+from backend.files.formula_guard import unguarded
 from backend.files.rows import Cells
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -144,6 +145,6 @@ class Names:
         """Codes of a column; an empty cell gets the code `empty`, or is a name by itself where that is None."""
         known: dict[str, int] = {}
         for cell in dict.fromkeys(cells):
-            name = cell.strip()
+            name = unguarded(cell.strip())
             known[cell] = empty if not name and empty is not None else self.codes.setdefault(name, len(self.codes))
         return np.fromiter((known[c] for c in cells), np.int64, len(cells))

@@ -16,7 +16,7 @@ from backend.files.options import ColumnSource
 from backend.files.report import Findings
 from backend.files.rows import Chunk
 from backend.files.selection import NameColumn, Quantity, Selection
-from backend.files.times import resolve_times
+from backend.files.times import resolve_times, utc_seconds
 from backend.files.units import UNITS, native_unit
 
 Mask = NDArray[np.bool_]
@@ -229,7 +229,12 @@ def read_timed_columns(
     times = resolve_times(raw, unit, findings)
     detail = f"column {source.column!r} is far outside the times of the other rows"
     columns = columns.reject(~times.usable, "out_of_range", detail, findings)
-    return TimedColumns(columns, times.time_s[times.usable], times.epoch_s)
+    time_s, epoch_s = times.time_s[times.usable], times.epoch_s
+    if epoch_s is None and selection.rows.start_utc is not None:
+        start_s = utc_seconds(selection.rows.start_utc)
+        epoch_s = math.floor(start_s)
+        time_s = time_s + (start_s - epoch_s)
+    return TimedColumns(columns, time_s, epoch_s)
 
 
 def joined(parts: Sequence[NDArray[Any]], dtype: type) -> NDArray[Any]:

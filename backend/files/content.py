@@ -40,11 +40,12 @@ _CONTROL = bytes(set(range(32)) - {9, 10, 11, 12, 13})
 _BINARIES = (
     (ZIP_MAGIC, "a zip archive inside another archive", "Unpack the outer one."),
     (b"%PDF", "a PDF document", "Upload the measurements as CSV."),
-    (b"PAR1", "a Parquet file", "Save the table as CSV."),
-    (b"MATLAB 5.0", "a MATLAB file", "Save the variables as CSV."),
-    (b"MATLAB 7.3", "a MATLAB file", "Save the variables as CSV."),
-    (b"\x93NUMPY", "a NumPy array", "Save the arrays as .npz."),
-    (b"\x89HDF", "an HDF5 file", "Save the table as CSV."),
+    # Readable ones, told here as no text.
+    (b"PAR1", "a Parquet file", "Save it again."),
+    (b"MATLAB 5.0", "a MATLAB file", "Save it again."),
+    (b"MATLAB 7.3", "a MATLAB file", "Save it again."),
+    (b"\x93NUMPY", "a NumPy array", "Upload it by itself."),
+    (b"\x89HDF", "an HDF5 file", "Save it again."),
     (b"\xd4\xc3\xb2\xa1", "a network capture", "Upload the measurements as CSV."),
     (b"7z\xbc\xaf", "a 7-Zip archive", "Unpack it, or pack it as .zip."),
     (b"Rar!", "a RAR archive", "Unpack it, or pack it as .zip."),

@@ -27,6 +27,7 @@ class DelimitedText:
     names: tuple[str, ...]
     delimiter: str
     first_data_line: int
+    start_utc: str | None = None
 
     def chunks(self, findings: Findings, max_rows: int) -> Iterator[Chunk]:
         """Yield the rows in chunks; rows that are no rows are rejected, blank lines are not counted.

@@ -28,7 +28,8 @@ from backend.files.selection import Quantity, Selection
 from backend.files.truth_columns import TRUTH_QUANTITIES, TruthColumns, truth_layout
 
 
-def _detect(source: Source) -> bool:
+def detect_native(source: Source) -> bool:
+    """Whether the columns are native ones, or the user maps some to them."""
     try:
         names = source.rows.names
     except UnsupportedFormatError:
@@ -36,7 +37,11 @@ def _detect(source: Source) -> bool:
     return bool(source.options.mapping or kinds_of(names))
 
 
-def _read(source: Source) -> Part:
+def read_native(source: Source) -> Part:
+    """Read the rows of any container of a table.
+
+    Raises InputError where the columns do not make a recording.
+    """
     selection = Selection(source.rows, source.options.mapping, source.options.where)
     selection.check_where()
     names = selection.names
@@ -223,6 +228,6 @@ READER = Reader(
     name="native_csv",
     title="CSV with the columns of docs/formats.md, or with a column mapping",
     kinds=("toa_marks", "polar_plots", "antenna_plots", "doppler_pairs"),
-    detect=_detect,
-    read=_read,
+    detect=lambda source: source.content.is_text and detect_native(source),
+    read=read_native,
 )

@@ -7,20 +7,16 @@ decimal in the file's unit (123456.7 ns) is written as that decimal again.
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TextIO
 
 import numpy as np
 
-from algorithms.recording import AntennaPlots, DopplerPairs, Floats, Ints, PolarPlots, Recording, ToaMarks
-from backend.files.units import UNITS, native_unit
+from algorithms.recording import Floats, Ints, Recording
+from backend.files.formula_guard import guarded
+from backend.files.native_table import in_unit, native_columns_of
 
 _ROWS_AT_ONCE = 20_000
-# Decimals of the short form in the file's unit: 1e-6 ns, 1e-12 degrees, 1e-9 of anything else.
-_SHORT_DECIMALS = {"ns": 6, "deg": 12}
-
-_Column = tuple[str, Floats | Ints, tuple[str, ...] | None]
-"""Name, values in SI or codes, and the names of the codes."""
 
 
 def write_native_csv(recording: Recording, stream: TextIO, *, trial: int = 0) -> None:
@@ -29,7 +25,7 @@ def write_native_csv(recording: Recording, stream: TextIO, *, trial: int = 0) ->
     `row` and `start_utc` are not part of the format: rows are numbered by their place, and times count from
     the start.
     """
-    columns = list(_columns(recording, trial))
+    columns = list(native_columns_of(recording, trial))
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow([name for name, _, _ in columns])
     for start in range(0, len(recording), _ROWS_AT_ONCE):
@@ -38,79 +34,10 @@ def write_native_csv(recording: Recording, stream: TextIO, *, trial: int = 0) ->
         writer.writerows(zip(*texts, strict=True))
 
 
-def _columns(recording: Recording, trial: int) -> Iterator[_Column]:
-    yield "time_s", recording.time_s, None
-    yield from _names("target", recording.target, recording.targets)
-    if isinstance(recording, ToaMarks):
-        for i, station in enumerate(recording.stations):
-            yield f"toa_{station}_ns", recording.toa_s[:, i, trial], None
-        yield from _present("altitude_m", recording.altitude_m[:, trial])
-        yield from _names("emitter_type", recording.emitter_type, recording.emitter_types)
-    elif isinstance(recording, PolarPlots):
-        yield from _polar(recording, trial)
-    elif isinstance(recording, AntennaPlots):
-        yield "range_m", recording.range_m[:, trial], None
-        yield "bicone_elevation_deg", recording.bicone_elevation_rad[:, trial], None
-        yield "bicone_azimuth_deg", recording.bicone_azimuth_rad[:, trial], None
-    elif isinstance(recording, DopplerPairs):
-        for i, channel in enumerate(recording.channels):
-            yield f"doppler_{channel}_hz", recording.doppler_hz[:, i, trial], None
-        for i in (0, 1):
-            yield from _present(f"doppler_rate_{i + 1}_hz_s", recording.doppler_rate_hz_s[:, i, trial])
-        yield from _present("azimuth_deg", recording.azimuth_rad[:, trial])
-        yield from _present("elevation_deg", recording.elevation_rad[:, trial])
-    if recording.has_truth:
-        for i, axis in enumerate(("east", "north", "up")):
-            yield f"true_{axis}_m", recording.truth_m[:, i], None
-        for i, axis in enumerate(("east", "north", "up")):
-            yield from _present(f"true_velocity_{axis}_mps", recording.truth_velocity_mps[:, i])
-
-
-def _polar(plots: PolarPlots, trial: int) -> Iterator[_Column]:
-    yield from _names("radar", plots.radar, plots.radars)
-    if (plots.scan >= 0).any():
-        yield "scan", plots.scan, None
-    measured = {
-        "range_m": plots.range_m,
-        "azimuth_deg": plots.azimuth_rad,
-        "east_m": plots.east_m,
-        "north_m": plots.north_m,
-        "elevation_deg": plots.elevation_rad,
-        "altitude_m": plots.altitude_m,
-    }
-    for name, values in measured.items():
-        yield from _present(name, values[:, trial])
-    yield from _present("radar_east_m", plots.radar_east_m)
-    yield from _present("radar_north_m", plots.radar_north_m)
-    yield from _names("address", plots.address, plots.addresses)
-    yield from _names("callsign", plots.callsign, plots.callsigns)
-
-
-def _present(name: str, values: Floats) -> Iterator[_Column]:
-    if np.isfinite(values).any():
-        yield name, values, None
-
-
-def _names(name: str, codes: Ints, names: tuple[str, ...]) -> Iterator[_Column]:
-    if any(names):
-        yield name, codes, names
-
-
 def _texts(name: str, values: Floats | Ints, names: tuple[str, ...] | None) -> Sequence[str]:
     if names is not None:
-        table = [*names, ""]
+        table = [*map(guarded, names), ""]
         return [table[c] for c in values.tolist()]
     if values.dtype == np.int64:
         return ["" if v < 0 else str(v) for v in values.tolist()]
-    return ["" if v != v else repr(v) for v in _in_unit(name, values.astype(np.float64)).tolist()]
-
-
-def _in_unit(name: str, values: Floats) -> Floats:
-    """Values in the unit of the column's name, as the shortest decimal that reads back as the same number."""
-    word = native_unit(name)
-    unit = UNITS[word]
-    if unit.factor == unit.divisor == 1.0:
-        return values
-    converted = values * unit.divisor / unit.factor
-    short = np.round(converted, _SHORT_DECIMALS[word])
-    return np.where(unit.to_si(short) == values, short, converted)
+    return ["" if v != v else repr(v) for v in in_unit(name, values.astype(np.float64)).tolist()]

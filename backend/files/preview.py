@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from algorithms.errors import InputError, UnsupportedFormatError
+from backend.files.array_rows import ArrayRows
 from backend.files.column_guess import Suggestion, suggest
+from backend.files.containers import open_rows
 from backend.files.content import inspect
 from backend.files.options import ReadLimits, ReadOptions
 from backend.files.packing import with_members
@@ -54,8 +56,11 @@ def preview(
     rows: tuple[tuple[str, ...], ...] = ()
     source = Source(content, ReadOptions(), limits, Findings())
     try:
-        columns = source.rows.names
-        rows = first_rows(source.rows, ROWS_SHOWN)
+        table = open_rows(content, limits, wanted=options.columns())
+        # A mapping to a column of another table of the file chooses that table.
+        elsewhere = table.elsewhere if isinstance(table, ArrayRows) else ()
+        columns = (*table.names, *elsewhere)
+        rows = tuple((*row, *[""] * len(elsewhere)) for row in first_rows(table, ROWS_SHOWN))
     except UnsupportedFormatError:
         pass  # no table: a reader of another format may still know it
     found = next((r.name for r in readers_by_name().values() if r.detect(source)), None)

@@ -51,6 +51,10 @@ class Rows(Protocol):
     def names(self) -> tuple[str, ...]:
         """Names of the columns, none twice; an unnamed one is empty."""
 
+    @property
+    def start_utc(self) -> str | None:
+        """The instant from which relative times count, where the file itself tells it."""
+
     def chunks(self, findings: Findings, max_rows: int) -> Iterator[Chunk]:
         """Yield all rows; those that are none are rejected. Raises InputError past `max_rows`."""
 

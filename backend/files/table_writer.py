@@ -1,4 +1,4 @@
-"""Write a table as CSV, row by row: an empty cell is null, numbers have all their digits."""
+"""Write a table as CSV, row by row: an empty cell is null, numbers have all their digits, no text is a formula."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import csv
 from typing import Any, TextIO
 
 from algorithms.result import Table
+from backend.files.formula_guard import guarded
 
 _ROWS_AT_ONCE = 20_000
 
@@ -29,6 +30,8 @@ def _cells(row: tuple[Any, ...]) -> list[Any]:
 
 
 def _cell(value: Any) -> Any:
+    if isinstance(value, str):
+        return guarded(value)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:

@@ -122,6 +122,8 @@ PROBLEMS: dict[str, Kind] = {
     "encoding": Kind("The text cannot be decoded", "Save the file as UTF-8."),
     "damaged_archive": Kind("The compressed file is damaged", "Compress it again."),
     "expands_too_much": Kind("The compressed file grows too large", "Upload it in parts."),
+    "damaged_file": Kind("The file is damaged", "Save it again and upload it whole."),
+    "no_table": Kind("There is no table in the file", "The detail says what it holds."),
     "archive_members": Kind("The archive does not hold what it should", "The detail says what it holds."),
     "too_many_rows": Kind("Too many rows", "The limit is the setting FILTERROOM_MAX_ROWS."),
     "format_unknown": Kind("There is no reader of this name", "The detail lists the readers."),

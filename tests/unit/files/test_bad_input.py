@@ -54,7 +54,7 @@ def test_header_only(read):
     [
         (bytes(range(256)) * 40, "not text"),
         (b"%PDF-1.7 rest", "PDF"),
-        (b"PAR1rest", "Parquet"),
+        (b"Rar!rest", "RAR"),
     ],
 )
 def test_binary_files(read, data, words):

@@ -3,8 +3,10 @@ from __future__ import annotations
 import io
 
 import numpy as np
+import pytest
 
 from algorithms.result import Table
+from backend.files.formula_guard import guarded, unguarded
 from backend.files.table_writer import write_table_csv
 
 
@@ -40,3 +42,15 @@ def test_a_second_table_continues_the_first():
 def test_long_tables_are_written_whole():
     text = written(Table({"a": np.arange(50_001)}))
     assert text.splitlines()[1:] == [str(i) for i in range(50_001)]
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+cmd", "-x", "@SUM(A1)", "'=1", "''-x", "\tx"])
+def test_a_formula_stays_a_text(text):
+    cell = written(Table({"label": [text]})).splitlines()[1]
+    assert cell == f"'{text}"
+    assert unguarded(cell) == text
+
+
+@pytest.mark.parametrize("text", ["-12", "+1.5e3", "=".join("ab"), "it's", "'quoted'"])
+def test_other_texts_stay_as_they_are(text):
+    assert guarded(text) == text == unguarded(guarded(text))

@@ -1,20 +1,22 @@
-"""What is written as native CSV is read back as the same recording, whatever the numbers and the names."""
+"""What is written in any form is read back as the same recording, whatever the numbers and the names."""
 
 from __future__ import annotations
 
 import math
 import string
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from algorithms.recording import AntennaPlots, DopplerPairs, PolarPlots, Recording, ToaMarks
 from backend.files.native_csv_writer import write_native_csv
 from backend.files.reading import NamedFile, read_recording
+from backend.files.recording_writer import RecordingForm, write_recording
 
 # Names as users write them: separators, quotes and line ends included. White space around a name means nothing.
 NAME = st.text(string.ascii_letters + "0123456789 ,;\"'|\n.-_=Яж中", min_size=1, max_size=12).filter(
@@ -123,12 +125,11 @@ def doppler_pairs(draw: st.DrawFn) -> DopplerPairs:
     )
 
 
-def written_and_read(recording: Recording) -> Recording:
+def written_and_read(recording: Recording, form: RecordingForm = "csv") -> Recording:
     with TemporaryDirectory() as folder:
-        path = Path(folder) / "recording.csv"
-        with path.open("w", encoding="utf-8", newline="") as stream:
-            write_native_csv(recording, stream)
-        back, report = read_recording([NamedFile("recording.csv", path)])
+        path = Path(folder) / "recording"
+        write_recording(recording, path, form)
+        back, report = read_recording([NamedFile("recording", path)])
     assert report.rejections == ()
     return back
 
@@ -165,6 +166,14 @@ def assert_same(back: Recording, recording: Recording) -> None:
 @given(st.one_of(toa_marks(), polar_plots(), antenna_plots(), doppler_pairs()))
 def test_round_trip(recording):
     assert_same(written_and_read(recording), recording)
+
+
+@pytest.mark.parametrize("form", ["parquet", "mat", "npz"])
+@settings(deadline=None, derandomize=True, max_examples=30)
+@given(recording=st.one_of(toa_marks(), polar_plots(), antenna_plots(), doppler_pairs()), start=st.booleans())
+def test_round_trip_of_binary_forms(form, recording, start):
+    recording = replace(recording, start_utc="2026-03-01T12:00:00Z" if start else None)
+    assert_same(written_and_read(recording, form), recording)
 
 
 @settings(deadline=None, derandomize=True, max_examples=200)
