@@ -255,6 +255,13 @@ export interface Comparison {
   charts: { name: string; title: string; obstacle: string | null }[];
 }
 
+/** A target of a recording; a comparison knows only the name. */
+export interface Target {
+  name: string;
+  marks?: number;
+  time_span_s?: [number, number];
+}
+
 export interface ChartItem {
   name: string;
   title: string;

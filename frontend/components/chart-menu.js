@@ -1,7 +1,7 @@
 // @ts-check
 // What can be done with a chart: look at it in another way, take it along as image or data.
 
-import { h } from "../js/dom.js";
+import { h, put } from "../js/dom.js";
 import { icon } from "../js/icons.js";
 import { t } from "../js/i18n.js";
 import { copyText } from "./toast-area.js";
@@ -14,13 +14,16 @@ export function chartMenu(panel) {
     h("button", { class: "plain", type: "button", onclick: () => { close(); act(); } }, text);
   const link = (/** @type {string} */ text, /** @type {string} */ suffix) =>
     h("a", { class: "button plain", href: panel.address(suffix), download: "", onclick: () => close() }, text);
-  const list = h("div", { hidden: true },
+  // The addresses follow what the chart shows when the menu is opened.
+  const items = () => [
     item(t("chart.reset_view"), () => panel.resetView()),
     item(t("chart.pan"), () => panel.togglePanning()),
     item("PNG", () => panel.saveImage("png")),
     item("SVG", () => panel.saveImage("svg")),
     link("CSV", "csv"), link("JSON", "json"), panel.source.startsWith("compare/") ? null : link("HTML", "html"),
-    item(t("chart.copy_address"), () => copyText(panel.address("json"))));
+    item(t("chart.copy_address"), () => copyText(panel.address("json"))),
+  ];
+  const list = h("div", { hidden: true });
   const button = h("button", {
     class: "plain", type: "button", title: t("chart.menu"), "aria-label": `${t("chart.menu")}: ${panel.heading}`, "aria-expanded": "false",
     onclick: () => (list.hidden ? open() : close()),
@@ -28,6 +31,7 @@ export function chartMenu(panel) {
   const root = h("div", { class: "menu" }, button, list);
 
   function open() {
+    put(list, ...items());
     list.hidden = false;
     button.setAttribute("aria-expanded", "true");
   }
@@ -36,7 +40,8 @@ export function chartMenu(panel) {
     button.setAttribute("aria-expanded", "false");
   }
   root.addEventListener("keydown", (event) => {
-    if (event.key !== "Escape") return;
+    if (event.key !== "Escape" || list.hidden) return;
+    event.stopPropagation();
     close();
     button.focus();
   });

@@ -1,33 +1,28 @@
 // @ts-check
-// One chart of a run or a recording: fetched when it becomes visible, drawn in the theme's colours, with its values
-// in a fixed strip, its cursor shared with the other charts, and its data one click away.
+// One chart of a run or a recording: fetched when it becomes visible, drawn in the theme's colours, its data one
+// click away.
 
-import { define, h, put, svg } from "../js/dom.js";
+import { define, h, put } from "../js/dom.js";
 import { icon } from "../js/icons.js";
 import { apiUrl, get } from "../js/api.js";
 import { t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
-import { describePoints, dressFigure, isOverTime, rowOf } from "../js/figure.js";
-import { Moments } from "../js/moments.js";
+import { dressFigure } from "../js/figure.js";
 import { loadPlotly } from "../js/plotly.js";
 import { chartColours, isDark, themes } from "../js/theme.js";
 import { failed, loading, notApplicable } from "./states.js";
+import { ChartCursor } from "./chart-cursor.js";
 import { chartMenu } from "./chart-menu.js";
 import { chartTable } from "./chart-table.js";
 
 /** @import { Figure, PlotlyElement, PlotlyLibrary } from "../types.d.ts" */
 /** @import { CursorBus } from "../js/cursor.js" */
 /** @import { Query } from "../js/api.js" */
-/** @import { Point } from "../js/moments.js" */
+/** @import { Mark } from "./chart-cursor.js" */
 /** @import { PlanTools } from "./plan-tools.js" */
 
 const CONFIG = { displaylogo: false, showSendToCloud: false, plotlyServerURL: "", displayModeBar: false, doubleClick: "reset+autosize" };
 const NARROW_PX = 480;
-// A press and its release no further apart than this are a click and not a drag.
-const CLICK_PX = 4;
-// A replay shows so much of the past, and at most so many points of a curve in it.
-const TRAIL_S = 60;
-const TRAIL_POINTS = 300;
 // Points of a curve; marks are drawn one by one up to ten times as many for each entry. SVG draws these at once.
 const POINTS = 1500;
 // More points than this would stop the browser for seconds; they are in the CSV.
@@ -49,25 +44,23 @@ export class ChartPanel extends HTMLElement {
   figure = null;
   /** @type {PlotlyLibrary | null} */
   plotly = null;
-  /** Which points stand at an instant; null until the chart is drawn. @type {Moments | null} */
-  moments = null;
-  /** @type {Point[]} */
-  marked = [];
+  /** @type {ChartCursor | null} */
+  cursor = null;
+  /** Asked for the target of a mark alone. @type {((mark: Mark) => void) | null} */
+  onpick = null;
   /** What a plan measures. @type {PlanTools | null} */
   tools = null;
   /** Stands under the values. @type {HTMLElement[]} */
   foot = [];
-  /** Whether only the last minute before the instant is strong, as in a replay. */
-  trailing = false;
+  /** Counts the requests; only the last one is drawn. */
+  asked = 0;
 
   connectedCallback() {
     this.stop = new AbortController();
     const { signal } = this.stop;
     this.plot = /** @type {PlotlyElement} */ (h("div", { class: "plot", role: "img", tabindex: 0, "aria-label": this.heading }));
-    this.overlay = svg("svg", { class: "overlay", "aria-hidden": "true" });
+    this.cursor = new ChartCursor(this, this.plot);
     this.body = h("div", { class: "body" }, loading());
-    this.strip = h("div", { class: "strip" }, t("chart.strip_hint"));
-    this.told = h("span", { class: "sr-only", "aria-live": "polite" });
     this.note = h("span", { class: "note small muted" });
     this.tableButton = h("button", { class: "plain", type: "button", "aria-pressed": "false", title: t("chart.as_table"), "aria-label": `${t("chart.as_table")}: ${this.heading}`, onclick: () => this.toggleTable() }, icon("table"));
     put(this,
@@ -76,18 +69,9 @@ export class ChartPanel extends HTMLElement {
         h("div", { class: "actions" }, this.tableButton,
           h("button", { class: "plain", type: "button", title: t("chart.expand"), "aria-label": `${t("chart.expand")}: ${this.heading}`, onclick: () => this.toggleFullscreen() }, icon("expand")),
           chartMenu(this))),
-      this.body, this.strip, ...this.foot, this.told);
-    this.plot.addEventListener("keydown", (event) => this.onKey(event), { signal });
-    this.plot.addEventListener("pointermove", (event) => this.onMove(event), { signal });
-    this.plot.addEventListener("pointerdown", (event) => this.onPress(event), { signal, capture: true });
-    this.plot.addEventListener("pointerleave", () => this.onLeave(), { signal });
+      this.body, this.cursor.strip, ...this.foot, this.cursor.told);
+    this.cursor.listen(signal);
     themes.addEventListener("change", () => this.draw(), { signal });
-    this.bus?.addEventListener("change", () => this.showCursor(), { signal });
-    document.addEventListener("keydown", (event) => {
-      if (event.key !== "Escape") return;
-      this.bus?.release();
-      if (this.tools?.measuring) this.tools.setMeasuring(false);
-    }, { signal });
     this.seen = new IntersectionObserver((entries) => {
       if (!entries.some((entry) => entry.isIntersecting)) return;
       this.seen?.disconnect();
@@ -106,32 +90,52 @@ export class ChartPanel extends HTMLElement {
     this.figure = null;
   }
 
-  /** Fetch the figure and draw it; called again when the run has moved on. */
+  /** Fetch the figure and draw it; called again when the run has moved on or something else is asked for. */
   async load() {
+    this.asked += 1;
+    const turn = this.asked;
+    this.body?.setAttribute("aria-busy", "true");
     try {
       const [figure, plotly] = await Promise.all([
         /** @type {Promise<Figure>} */ (get(`${this.source}.json`, { query: { ...this.query, ...(this.full ? { full: true } : { points: POINTS }) }, signal: this.stop?.signal })),
         loadPlotly(),
       ]);
+      if (turn !== this.asked) return;
       this.figure = figure;
       this.plotly = plotly;
       await this.draw();
     } catch (error) {
-      if (!this.stop?.signal.aborted && this.body) put(this.body, failed(error, { retry: () => this.load() }));
+      if (turn === this.asked && !this.stop?.signal.aborted && this.body) put(this.body, failed(error, { retry: () => this.load() }));
+    } finally {
+      if (turn === this.asked) this.body?.removeAttribute("aria-busy");
+    }
+  }
+
+  /** Ask for something else of the same chart: another target. @param {Query} query */
+  async ask(query) {
+    this.query = { ...this.query, ...query };
+    // What was not seen yet is fetched when it is.
+    if (!this.asked) return;
+    const table = this.tableButton?.getAttribute("aria-pressed") === "true";
+    await this.load();
+    if (table) {
+      await this.toggleTable();
+      await this.toggleTable();
     }
   }
 
   /** Draw what was fetched, in the colours of the theme. */
   async draw() {
-    const { figure, plotly, plot, body, overlay } = this;
-    if (!figure || !plotly || !plot || !body || !overlay || !this.isConnected) return;
+    const { figure, plotly, plot, body, cursor } = this;
+    if (!figure || !plotly || !plot || !body || !cursor || !this.isConnected) return;
     this.showNotes(figure);
     const reason = figure.layout.meta?.not_applicable;
     if (reason) {
+      cursor.forget();
       put(body, notApplicable(told(`chart.reason.${reason}`, figure.layout.meta.detail ?? reason)));
       return;
     }
-    if (plot.parentElement !== body) put(body, plot, overlay);
+    if (plot.parentElement !== body) put(body, plot, cursor.overlay);
     const narrow = body.clientWidth < NARROW_PX;
     const dressed = dressFigure(figure, {
       colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily,
@@ -140,15 +144,11 @@ export class ChartPanel extends HTMLElement {
     this.narrow = narrow;
     const fresh = !plot._fullLayout;
     await plotly.react(plot, dressed.data, dressed.layout, CONFIG);
-    if (fresh) {
-      plot.on?.("plotly_hover", (event) => this.onHover(event));
-      plot.on?.("plotly_afterplot", () => this.placeCursor());
-    }
-    this.moments = new Moments(plot._fullData ?? [], isOverTime(figure));
+    cursor.takeOver(fresh);
     plot.setAttribute("aria-label", this.summary());
     this.dataset.drawn = "yes";
     this.dispatchEvent(new Event("drawn"));
-    this.showCursor();
+    cursor.show();
   }
 
   /** What a reader who cannot see the chart is told. */
@@ -197,142 +197,6 @@ export class ChartPanel extends HTMLElement {
   hideLabels(labels) {
     this.hiddenLabels = labels;
     this.draw();
-  }
-
-  /** In a plan, the mark under the pointer; in a map over time, the cell. @param {any} event */
-  onHover(event) {
-    const first = event.points?.[0];
-    if (!first || !this.figure || this.bus?.now.locked) return;
-    if (isOverTime(this.figure)) {
-      this.describe(event.points.map((/** @type {any} */ point) => ({ trace: point.fullData, x: point.x, y: point.y, z: point.z })), this.bus?.now.time ?? null);
-      return;
-    }
-    const mark = this.markOf(first);
-    this.hovered = mark;
-    if (mark) this.bus?.look(mark.time, mark);
-    else this.describe([{ trace: first.fullData, x: first.x, y: first.y }], null);
-  }
-
-  /** The mark that a point of a plan stands for. @param {any} point */
-  markOf(point) {
-    const row = rowOf(point.customdata);
-    const time = Number(point.text || NaN);
-    return row === null || !Number.isFinite(time) ? null : { time, row, label: point.fullData.meta?.label ?? null };
-  }
-
-  /** Over time, the instant under the pointer is looked at, at the nearest mark. @param {PointerEvent} event */
-  onMove(event) {
-    this.tools?.move(event);
-    if (event.buttons || !this.bus || this.bus.now.locked || !this.figure || !isOverTime(this.figure)) return;
-    const mark = this.markUnder(event);
-    if (mark) this.bus.look(mark.time, mark);
-  }
-
-  /** @param {PointerEvent} event */
-  markUnder(event) {
-    const axis = this.plot?._fullLayout?.xaxis;
-    if (!axis || !this.moments || !this.plot) return null;
-    const left = event.clientX - this.plot.getBoundingClientRect().left - axis._offset;
-    if (left < 0 || left > axis._length) return null;
-    const time = Number(axis.p2d(left));
-    return this.moments.snap(time) ?? { time, row: null };
-  }
-
-  /** A click locks the cursor where it is, a second one at the same mark frees it. @param {PointerEvent} down */
-  onPress(down) {
-    if (down.button !== 0 || !this.bus) return;
-    window.addEventListener("pointerup", (up) => {
-      if (Math.hypot(up.clientX - down.clientX, up.clientY - down.clientY) > CLICK_PX) return;
-      this.plot?.focus({ preventScroll: true });
-      this.onClick(up);
-    }, { once: true, signal: this.stop?.signal });
-  }
-
-  /** @param {PointerEvent} event */
-  onClick(event) {
-    if (!this.bus || !this.figure || this.tools?.press(event)) return;
-    const mark = isOverTime(this.figure) ? this.markUnder(event) : this.hovered;
-    if (!mark) return;
-    const { now } = this.bus;
-    if (now.locked && now.time === mark.time && now.row === mark.row) this.bus.release();
-    else this.lock(mark);
-  }
-
-  /** @param {{time: number, row: number | null, label?: string | null}} mark */
-  lock(mark) {
-    this.bus?.look(mark.time, { row: mark.row, label: mark.label ?? null, lock: true });
-    // Only the chart that was acted on speaks; the others follow in silence.
-    if (this.told && this.strip) this.told.textContent = [...this.strip.children].map((part) => part.textContent).join(", ");
-  }
-
-  onLeave() {
-    this.hovered = null;
-    this.tools?.move(null);
-    if (this.bus && !this.bus.now.locked) this.bus.release();
-    else if (!this.bus) put(/** @type {HTMLElement} */ (this.strip), t("chart.strip_hint"));
-  }
-
-  /** Arrow keys step one mark, Escape frees the cursor. @param {KeyboardEvent} event */
-  onKey(event) {
-    if (!this.bus || !this.moments) return;
-    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
-    const place = this.marked[0];
-    if (event.key === "Enter" && this.tools?.measuring && place) this.tools.take({ east: place.x * this.tools.unit_m, north: place.y * this.tools.unit_m });
-    if (!step) return;
-    event.preventDefault();
-    const { time, row, label } = this.bus.now;
-    const mark = this.moments.step(time, row, step);
-    if (mark) this.lock({ ...mark, label });
-  }
-
-  /** Follow the cursor that all charts of the page share. */
-  showCursor() {
-    const { time, row, locked } = this.bus?.now ?? { time: null, row: null, locked: false };
-    this.marked = time === null || !this.moments ? [] : this.moments.at(time, row);
-    this.toggleAttribute("data-locked", locked);
-    if (!locked) this.trailing = false;
-    this.toggleAttribute("data-trailing", this.trailing);
-    if (time === null) put(/** @type {HTMLElement} */ (this.strip), t("chart.strip_hint"));
-    else if (this.figure && this.plot?._fullData) this.describe(this.marked, time);
-    this.placeCursor();
-  }
-
-  /** Draw the cursor over the chart: a line at the instant, or a ring around each point that stands there. */
-  placeCursor() {
-    const layout = this.plot?._fullLayout;
-    const overlay = /** @type {SVGElement} */ (this.overlay);
-    put(overlay);
-    const time = this.bus?.now.time ?? null;
-    if (!layout || !this.figure) return;
-    if (isOverTime(this.figure)) {
-      const x = layout.xaxis;
-      const left = time === null ? NaN : x._offset + x.d2p(time);
-      const rows = Object.keys(layout).filter((name) => /^yaxis\d*$/.test(name)).map((name) => layout[name]);
-      if (!(left >= x._offset - 1 && left <= x._offset + x._length + 1)) return;
-      overlay.append(svg("line", { x1: left, x2: left, y1: Math.min(...rows.map((y) => y._offset)), y2: Math.max(...rows.map((y) => y._offset + y._length)) }));
-      return;
-    }
-    const { xaxis: x, yaxis: y } = layout;
-    // A drawing of its own, so that nothing reaches beyond the axes.
-    const inner = svg("svg", { x: x._offset, y: y._offset, width: x._length, height: y._length });
-    overlay.append(inner);
-    this.tools?.paint(inner, layout);
-    const trail = this.trailing && time !== null && this.moments ? this.moments.between(time - TRAIL_S, time, TRAIL_POINTS) : [];
-    const dot = (/** @type {any} */ point, /** @type {number} */ r, /** @type {string} */ name) => svg("circle", {
-      cx: x.d2p(point.x), cy: y.d2p(point.y), r, class: name, style: `color: ${point.trace.line?.color ?? point.trace.marker?.color}`,
-    });
-    inner.append(...trail.map((point) => dot(point, 2, "trail")), ...this.marked.map((point) => dot(point, 8, "mark")));
-  }
-
-  /**
-   * @param {{trace: any, x: any, y: any, z?: any}[]} points
-   * @param {number | null} time
-   */
-  describe(points, time) {
-    const parts = describePoints(points, this.figure?.layout ?? {}, time);
-    put(/** @type {HTMLElement} */ (this.strip), parts.map((part) => h("span", null,
-      part.colour ? h("span", { class: "swatch", style: `border-color: ${part.colour}` }) : null,
-      part.name, part.value ? " " : null, part.value ? h("b", null, part.value) : null)));
   }
 
   async toggleTable() {
@@ -388,7 +252,8 @@ export class ChartPanel extends HTMLElement {
 define("chart-panel", ChartPanel);
 
 /**
- * @param {{source: string, query?: Query, heading: string, bus?: CursorBus | null, hidden?: Set<string>, class?: string}} options
+ * @param {{source: string, query?: Query, heading: string, bus?: CursorBus | null, hidden?: Set<string>, class?: string,
+ *   onpick?: ((mark: Mark) => void) | null}} options
  * @returns {ChartPanel}
  */
 export function chartPanel(options) {
@@ -397,6 +262,7 @@ export function chartPanel(options) {
   if (options.query) panel.query = options.query;
   panel.heading = options.heading;
   panel.bus = options.bus ?? null;
+  panel.onpick = options.onpick ?? null;
   if (options.hidden) panel.hiddenLabels = options.hidden;
   if (options.class) panel.className = options.class;
   return panel;

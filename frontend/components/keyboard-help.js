@@ -20,6 +20,7 @@ const KEYS = [
   [["x"], "keys.pick"],
   [["c"], "keys.compare"],
   [["←", "→"], "keys.cursor"],
+  [["Enter"], "keys.target"],
   [["Esc"], "keys.escape"],
   [["?"], "keys.help"],
 ];
@@ -54,20 +55,31 @@ class KeyboardHelp extends HTMLElement {
     const typing = target.matches?.("input:not([type=checkbox], [type=radio]), textarea, select");
     if (event.key === "Escape" && typing) target.blur();
     if (typing || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+    const key = latin(event);
     const pair = this.firstAt !== undefined && Date.now() - this.firstAt < PAIR_MS;
-    this.firstAt = event.key === "g" ? Date.now() : undefined;
-    const place = pair ? PLACES[event.key] : undefined;
+    this.firstAt = key === "g" ? Date.now() : undefined;
+    const place = pair ? PLACES[key] : undefined;
     if (place) go(place);
-    else if (event.key === "?") this.togglePopover();
-    else if (event.key === "n") go("#/new");
-    else if (event.key === "/") /** @type {HTMLElement | null} */ (document.querySelector("main input[type=search]"))?.focus();
-    else if (event.key === "j" || event.key === "k") moveRow(event.key === "j" ? 1 : -1);
-    else if (event.key === "e") inRow("[data-edit]")?.click();
-    else if (event.key === "x") inRow("[data-pick]")?.click();
-    else if (event.key === "c") /** @type {HTMLElement | null} */ (document.querySelector("main compare-tray:not([hidden]) [data-compare]"))?.click();
+    else if (key === "?") this.togglePopover();
+    else if (key === "n") go("#/new");
+    else if (key === "/") /** @type {HTMLElement | null} */ (document.querySelector("main input[type=search]"))?.focus();
+    else if (key === "j" || key === "k") moveRow(key === "j" ? 1 : -1);
+    else if (key === "e") inRow("[data-edit]")?.click();
+    else if (key === "x") inRow("[data-pick]")?.click();
+    else if (key === "c") /** @type {HTMLElement | null} */ (document.querySelector("main compare-tray:not([hidden]) [data-compare]"))?.click();
     else return;
     event.preventDefault();
   }
+}
+
+/**
+ * The key as a Latin keyboard has it: with a Russian layout switched on, the same keys serve.
+ * @param {KeyboardEvent} event
+ */
+function latin({ key, code }) {
+  if (/^\p{L}$/u.test(key) && !/^[a-z]$/i.test(key)) return code.replace(/^Key/, "").toLowerCase();
+  if (code === "Slash" && (key === "." || key === ",")) return key === "," ? "?" : "/";
+  return key;
 }
 
 /** Move the focus along the rows of the page's first list. @param {number} step */

@@ -59,7 +59,7 @@ export class PlanTools extends HTMLElement {
   move(event) {
     this.pointer = event && this.placeOf(event);
     this.say();
-    if (this.measuring && this.ends.length === 1) this.panel?.placeCursor();
+    if (this.measuring && this.ends.length === 1) this.panel?.cursor?.place();
   }
 
   /** Take a point of the distance; false where the click is for somebody else. @param {MouseEvent} event */
@@ -73,13 +73,13 @@ export class PlanTools extends HTMLElement {
   take(place) {
     this.ends = this.ends.length === 1 ? [...this.ends, place] : [place];
     this.say();
-    this.panel?.placeCursor();
+    this.panel?.cursor?.place();
   }
 
   toggleRings() {
     this.rings = !this.rings;
     this.ringButton?.setAttribute("aria-pressed", String(this.rings));
-    this.panel?.placeCursor();
+    this.panel?.cursor?.place();
   }
 
   /** @param {boolean} on */
@@ -89,7 +89,7 @@ export class PlanTools extends HTMLElement {
     this.measureButton?.setAttribute("aria-pressed", String(on));
     this.panel?.toggleAttribute("data-measuring", on);
     this.say();
-    this.panel?.placeCursor();
+    this.panel?.cursor?.place();
   }
 
   say() {

@@ -21,17 +21,20 @@ import { copyText } from "./toast-area.js";
 // Smaller is better for these; a larger share of answers is better.
 const SMALLER = /^(rms|median|p\d+|max)_|_share$/;
 const LARGER = new Set(["answered_share"]);
+// Tables whose rows are not of targets.
+const WHOLE = new Set(["receivers"]);
 
 /**
  * Load a table, then draw it; loading and failure stand in its place.
  * @param {Run} run
  * @param {string} name
+ * @param {string} target only this one's rows; empty = of all
  * @param {(rows: Row[]) => Node} draw
  */
-function withTable(run, name, draw) {
+function withTable(run, name, target, draw) {
   const box = h("div", null, loading());
-  loadTable(run.id, name).then(({ rows, total }) => put(box, draw(rows), rows.length < total ? h("p", { class: "table-foot" },
-    t("table.first_rows", { n: formatCount(rows.length) }), " ", h("a", { href: apiUrl(`runs/${run.id}/tables/${name}.csv`), download: "" }, t("table.all_as_csv"))) : null), (error) => put(box, h("div", { style: "padding: 12px" }, failed(error))));
+  loadTable(run.id, name, target).then(({ rows, total }) => put(box, draw(rows), rows.length < total ? h("p", { class: "table-foot" },
+    t("table.first_rows", { n: formatCount(rows.length) }), " ", h("a", { href: apiUrl(`runs/${run.id}/tables/${name}.csv`, { target }), download: "" }, t("table.all_as_csv"))) : null), (error) => put(box, h("div", { style: "padding: 12px" }, failed(error))));
   return box;
 }
 
@@ -43,24 +46,23 @@ function numberOf(column) {
   };
 }
 
-/** @param {Run} run */
-export function metricsTab(run) {
-  return withTable(run, "metrics", (rows) => {
+/** @param {Run} run @param {string} target */
+export function metricsTab(run, target) {
+  return withTable(run, "metrics", target, (all) => {
+    const rows = all.filter((row) => String(row.target ?? "") === target);
     const labels = run.algorithms.map((entry) => entry.label ?? entry.name);
-    const targets = [...new Set(rows.map((row) => String(row.target ?? "")))];
     const segments = [...new Set(rows.map((row) => String(row.segment ?? "")))];
     const body = h("div");
-    const chosen = { target: targets.includes("") ? "" : (targets[0] ?? ""), segment: segments.includes("") ? "" : (segments[0] ?? "") };
-    const draw = () => put(body, metricGrid(rows.filter((row) => String(row.target ?? "") === chosen.target && String(row.segment ?? "") === chosen.segment), labels));
-    const choose = (/** @type {"target" | "segment"} */ field, /** @type {string[]} */ values) => values.length < 2 ? null : h("label", { class: "row" },
-      h("span", { class: "muted" }, t(`metrics.${field}`)),
-      h("select", { style: "width: auto", value: chosen[field], onchange: (/** @type {Event} */ event) => {
-        chosen[field] = /** @type {HTMLSelectElement} */ (event.target).value;
+    let segment = segments.includes("") ? "" : (segments[0] ?? "");
+    const draw = () => put(body, metricGrid(rows.filter((row) => String(row.segment ?? "") === segment), labels));
+    const picker = segments.length < 2 ? null : h("label", { class: "row", style: "padding: 8px 12px" },
+      h("span", { class: "muted" }, t("metrics.segment")),
+      h("select", { style: "width: auto", value: segment, onchange: (/** @type {Event} */ event) => {
+        segment = /** @type {HTMLSelectElement} */ (event.target).value;
         draw();
-      } }, values.map((value) => h("option", { value }, value || t("metrics.all")))));
+      } }, segments.map((value) => h("option", { value }, value || t("metrics.all")))));
     draw();
-    const pickers = [choose("target", targets), choose("segment", segments)].filter(Boolean);
-    return h("div", null, pickers.length ? h("div", { class: "row", style: "padding: 8px 12px" }, pickers) : null, body);
+    return h("div", null, picker, body);
   });
 }
 
@@ -124,10 +126,11 @@ function bestOf(name, values) {
 
 /**
  * @param {Run} run
+ * @param {string} target
  * @param {CursorBus} bus
  */
-export function decisionsTab(run, bus) {
-  return withTable(run, "decisions", (rows) => {
+export function decisionsTab(run, target, bus) {
+  return withTable(run, "decisions", target, (rows) => {
     if (!rows.length) return emptyState(t("decisions.none"));
     const columns = /** @type {Column<Row>[]} */ ([
       { title: t("table.label"), cell: (row) => row.label, sort: (row) => String(row.label) },
@@ -193,14 +196,33 @@ function roundTime(time) {
   return time === null ? null : Number(time.toFixed(3));
 }
 
-/** @param {Run} run */
-export function tracksTab(run) {
-  return withTable(run, "tracks", (rows) => (rows.length ? dataTable({ caption: t("tab.tracks"), rows, columns: plainColumns(rows) }) : emptyState(t("tracks.none"))));
+/**
+ * Tracks; choosing one shows its target alone.
+ * @param {Run} run
+ * @param {string} target
+ * @param {((name: string) => void) | null} choose null where there is nothing to choose
+ */
+export function tracksTab(run, target, choose) {
+  return withTable(run, "tracks", target, (rows) => {
+    if (!rows.length) return emptyState(t("tracks.none"));
+    const table = dataTable({
+      caption: t("tab.tracks"), rows, columns: plainColumns(rows),
+      ...(choose && !target ? { onpick: (/** @type {Row} */ row) => { if (row.target) choose(String(row.target)); } } : {}),
+    });
+    table.dataset.table = "tracks";
+    return h("div", null, choose && !target ? h("p", { class: "small muted", style: "padding: 8px 12px 0" }, t("tracks.hint")) : null, table);
+  });
 }
 
-/** @param {Run} run */
-export function receiversTab(run) {
-  return withTable(run, "receivers", (rows) => (rows.length ? dataTable({ caption: t("tab.receivers"), rows, columns: plainColumns(rows) }) : emptyState(t("receivers.none"))));
+/**
+ * What is said of the receivers is said of all marks.
+ * @param {Run} run
+ * @param {string} target
+ */
+export function receiversTab(run, target) {
+  return withTable(run, "receivers", "", (rows) => h("div", null,
+    target ? h("p", { class: "small muted", style: "padding: 8px 12px 0" }, t("receivers.of_all_targets")) : null,
+    rows.length ? dataTable({ caption: t("tab.receivers"), rows, columns: plainColumns(rows) }) : emptyState(t("receivers.none"))));
 }
 
 /**
@@ -267,16 +289,18 @@ export function logTab(run) {
  * @param {Run} run
  * @param {ChartItem[]} charts
  * @param {string[]} tables
+ * @param {string} target
  */
-export function exportTab(run, charts, tables) {
-  const links = (/** @type {string} */ path, /** @type {string[]} */ suffixes) => suffixes.map((suffix) => h("a", { href: apiUrl(`runs/${run.id}/${path}.${suffix}`), download: "" }, suffix.toUpperCase()));
+export function exportTab(run, charts, tables, target) {
+  const links = (/** @type {string} */ path, /** @type {string[]} */ suffixes, only = target) => suffixes.map((suffix) => h("a", { href: apiUrl(`runs/${run.id}/${path}.${suffix}`, { target: only }), download: "" }, suffix.toUpperCase()));
   const snippet = (/** @type {string} */ title, /** @type {string} */ text) => h("div", { class: "stack tight" },
     h("div", { class: "row" }, h("h3", null, title), h("button", { class: "link small", type: "button", onclick: () => copyText(text) }, t("action.copy"))), h("pre", { class: "card", style: "padding: 8px" }, text));
   const base = new URL("./", document.baseURI).href;
   return h("div", { class: "columns", style: "padding: 12px" },
     h("div", { class: "stack" },
+      target ? h("p", { class: "small muted" }, t("export.of_target", { name: target })) : null,
       h("h3", null, t("export.tables")),
-      h("dl", { class: "pairs" }, tables.flatMap((name) => [h("dt", null, h("code", null, name)), h("dd", { class: "row" }, links(`tables/${name}`, ["csv", "json"]))])),
+      h("dl", { class: "pairs" }, tables.flatMap((name) => [h("dt", null, h("code", null, name)), h("dd", { class: "row" }, links(`tables/${name}`, ["csv", "json"], WHOLE.has(name) ? "" : target))])),
       h("h3", null, t("export.charts")),
       h("dl", { class: "pairs" }, charts.flatMap((chart) => [h("dt", null, told(`chart.${chart.name}`, chart.title)), h("dd", { class: "row" }, links(`charts/${chart.name}`, ["csv", "json", "html"]))])),
       h("h3", null, t("export.arrays")),

@@ -9,10 +9,14 @@ import { verdictOf } from "../js/verdict.js";
 /** @import { Summary } from "../types.d.ts" */
 /** @import { Ranked, Sentence } from "../js/verdict.js" */
 
-/** @param {Summary | null} summary */
-export function runVerdict(summary) {
+/**
+ * @param {Summary | null} summary
+ * @param {string} [target] the one that it is about; empty = all
+ */
+export function runVerdict(summary, target = "") {
   const [first, ...rest] = verdictOf(summary);
   return h("p", { class: "verdict", data: { kind: first?.kind ?? "nothing" } },
+    target ? h("span", { class: "muted" }, t("verdict.of_target", { name: target }), " ") : null,
     first ? h("span", null, sentence(first)) : null,
     rest.map((one) => h("span", { class: "muted" }, " ", sentence(one))));
 }

@@ -51,7 +51,7 @@ export class TimePlayer extends HTMLElement {
 
   /** Take over the chart's first and last instant. */
   fit() {
-    const span = this.panel?.moments?.span;
+    const span = this.panel?.cursor?.moments?.span;
     this.hidden = !span || span[0] === span[1];
     if (!span || !this.slider) return;
     const [first, last] = span;
@@ -64,7 +64,7 @@ export class TimePlayer extends HTMLElement {
   /** @param {number} time */
   show(time) {
     this.at = time;
-    if (this.panel) this.panel.trailing = true;
+    if (this.panel?.cursor) this.panel.cursor.trailing = true;
     this.bus?.look(time, { lock: true });
   }
 
@@ -72,14 +72,15 @@ export class TimePlayer extends HTMLElement {
   step(by) {
     this.pause();
     const now = this.bus?.now;
-    const mark = now && this.panel?.moments?.step(now.time, now.row, by);
-    if (!mark || !this.panel) return;
-    this.panel.trailing = true;
-    this.panel.lock(mark);
+    const cursor = this.panel?.cursor;
+    const mark = now && cursor?.moments?.step(now.time, now.row, by);
+    if (!mark || !cursor) return;
+    cursor.trailing = true;
+    cursor.lock(mark);
   }
 
   play() {
-    const span = this.panel?.moments?.span;
+    const span = this.panel?.cursor?.moments?.span;
     if (!span) return;
     const now = this.bus?.now.time ?? span[0];
     let last = performance.now();

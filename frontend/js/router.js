@@ -44,13 +44,30 @@ export function go(hash) {
 }
 
 /**
- * Remember a page's state in its address without a new entry in the history.
+ * The address of the page with another query; what is not named stays.
  * @param {Record<string, string | string[] | null | undefined>} query
  */
-export function rememberQuery(query) {
+function withQuery(query) {
   const route = parseRoute(location.hash);
   /** @type {Record<string, string | string[]>} */
   const kept = {};
   for (const name of new Set(route.query.keys())) kept[name] = route.query.getAll(name);
-  history.replaceState(history.state, "", routeTo(route.path, { ...kept, ...query }));
+  return routeTo(route.path, { ...kept, ...query });
+}
+
+/**
+ * Remember a page's state in its address without a new entry in the history.
+ * @param {Record<string, string | string[] | null | undefined>} query
+ */
+export function rememberQuery(query) {
+  history.replaceState(history.state, "", withQuery(query));
+}
+
+/**
+ * Change what a page is about, so that the browser's way back leads to what it was.
+ * @param {Record<string, string | string[] | null | undefined>} query
+ */
+export function changeQuery(query) {
+  const address = withQuery(query);
+  if (address !== location.hash) go(address);
 }

@@ -21,10 +21,11 @@ const MOST_ROWS = 20000;
 /**
  * @param {string} run
  * @param {string} name
+ * @param {string} [target] only this one's rows
  * @returns {Promise<{rows: Row[], total: number}>}
  */
-export async function loadTable(run, name) {
+export async function loadTable(run, name, target = "") {
   /** @type {TableData} */
-  const table = await get(`runs/${run}/tables/${name}.json`, { query: { limit: MOST_ROWS } });
+  const table = await get(`runs/${run}/tables/${name}.json`, { query: { limit: MOST_ROWS, target } });
   return { rows: rowsAsObjects(table), total: table.total ?? table.rows.length };
 }

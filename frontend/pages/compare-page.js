@@ -6,19 +6,22 @@ import { Problem, get } from "../js/api.js";
 import { CursorBus } from "../js/cursor.js";
 import { t, told } from "../js/i18n.js";
 import { formatExact } from "../js/numbers.js";
-import { rememberQuery, routeTo } from "../js/router.js";
+import { changeQuery, rememberQuery, routeTo } from "../js/router.js";
 import { setTitle } from "../components/app-frame.js";
 import { chartPanel } from "../components/chart-panel.js";
 import { compareTable } from "../components/compare-table.js";
 import { metricCell } from "../components/run-tabs.js";
 import { runVerdict } from "../components/run-verdict.js";
 import { emptyState, failed, loading, notApplicable } from "../components/states.js";
+import { showTargetOf, targetPicker } from "../components/target-picker.js";
 import "../components/legend-chips.js";
 
 /** @import { Comparison, Summary } from "../types.d.ts" */
 /** @import { Route } from "../js/router.js" */
 /** @import { ChartPanel } from "../components/chart-panel.js" */
 /** @import { LegendChips } from "../components/legend-chips.js" */
+/** @import { Mark } from "../components/chart-cursor.js" */
+/** @import { TargetPicker } from "../components/target-picker.js" */
 
 const BESIDE = ["drms", "nis"];
 
@@ -30,6 +33,10 @@ class ComparePage extends HTMLElement {
   panels = [];
   /** @type {Comparison | null} */
   comparison = null;
+  /** @type {(() => void) | null} */
+  unwatch = null;
+  /** @type {TargetPicker | null} */
+  picker = null;
 
   get runs() {
     return this.route.query.getAll("run");
@@ -55,8 +62,53 @@ class ComparePage extends HTMLElement {
   queryChanged(query) {
     const runs = query.getAll("run");
     const known = this.comparison?.runs.map((run) => run.id) ?? [];
-    if (runs.join() === known.join()) this.drawTables();
-    else this.load();
+    if (runs.join() !== known.join()) {
+      this.load();
+      return;
+    }
+    const before = this.target;
+    this.picker?.choose(query.get("target") ?? "");
+    if (this.target === before) this.drawTables();
+    else this.follow();
+  }
+
+  /** The target that everything is about; empty = all, also where the address names one that there is not. */
+  get target() {
+    return this.picker?.known ? this.picker.chosen : "";
+  }
+
+  /** Everything on the page is about another target now. */
+  async follow() {
+    const { target } = this;
+    for (const panel of this.panels) panel.ask({ target });
+    await this.refresh();
+  }
+
+  /** Ask for the numbers again: of another target, of another segment. */
+  async refresh() {
+    const { target } = this;
+    this.verdict?.classList.add("stale");
+    this.metrics?.classList.add("stale");
+    try {
+      const comparison = await this.ask();
+      if (this.target !== target) return;
+      this.comparison = comparison;
+      this.drawTables();
+    } catch (error) {
+      if (!this.stop?.signal.aborted && this.metrics) put(this.metrics, failed(error));
+    } finally {
+      this.verdict?.classList.remove("stale");
+      this.metrics?.classList.remove("stale");
+    }
+  }
+
+  /** Show the target of a mark alone. @param {Mark} mark */
+  pick(mark) {
+    const { comparison } = this;
+    const run = comparison?.entries.find((entry) => entry.label === mark.label)?.run_id;
+    // A true path is of no entry; where all runs share their recording it is of that.
+    const of = comparison?.runs.find((one) => (run ? one.id === run : comparison.same_recording));
+    if (of) showTargetOf(of.recording_id, mark.row, this.stop?.signal);
   }
 
   async load() {
@@ -77,7 +129,7 @@ class ComparePage extends HTMLElement {
   /** @returns {Promise<Comparison>} */
   ask() {
     const { query } = this.route;
-    return get("compare", { query: { run: this.runs, target: query.get("target"), segment: query.get("segment") }, signal: this.stop?.signal });
+    return get("compare", { query: { run: this.runs, target: this.picker ? this.target : query.get("target"), segment: query.get("segment") }, signal: this.stop?.signal });
   }
 
   /** Where some of the runs cannot be compared, the way to the comparison of the others. @param {unknown} error */
@@ -102,38 +154,34 @@ class ComparePage extends HTMLElement {
       for (const panel of this.panels) panel.hideLabels(now);
     };
     const only = h("input", { type: "checkbox", checked: !this.all, onchange: () => this.choose({ all: only.checked ? null : "1" }) });
+    const targets = comparison.targets.filter(Boolean).map((name) => ({ name }));
+    const picker = targetPicker(targets, query.get("target") ?? "", (name) => changeQuery({ target: name }));
+    this.picker = picker;
+    this.verdict = h("div", null);
     this.metrics = h("div", null);
     this.given = h("div", null);
     put(this,
       h("h1", { class: "sr-only" }, t("compare.title")),
       h("div", { class: "page-head" },
         h("label", { class: "check" }, only, t("compare.only_differences")),
-        this.picker("target", comparison.targets), this.picker("segment", comparison.segments),
+        picker, this.segmentPicker(comparison.segments),
         h("div", { class: "actions" }, h("a", { class: "button", href: routeTo(["runs"], { pick: this.runs }) }, t("compare.change")))),
       h("div", { class: "run-legend" }, chips),
-      comparison.same_recording ? runVerdict(summaryOf(comparison)) : h("p", { class: "notice", style: "margin-bottom: 8px" }, t("compare.other_recordings")),
+      comparison.same_recording ? this.verdict : h("p", { class: "notice", style: "margin-bottom: 8px" }, t("compare.other_recordings")),
       h("section", { class: "card", style: "margin-bottom: 8px" }, h("div", { class: "card-head" }, h("h2", null, t("tab.metrics"))), this.metrics),
       h("div", { class: "run-charts" }, this.charts(comparison, hidden)),
       h("section", { class: "card" }, h("div", { class: "card-head" }, h("h2", null, t("tab.parameters"))), this.given));
     this.drawTables();
   }
 
-  /**
-   * @param {"target" | "segment"} name
-   * @param {string[]} values
-   */
-  picker(name, values) {
+  /** @param {string[]} values */
+  segmentPicker(values) {
     if (values.length < 2) return null;
-    const field = h("select", { "aria-label": t(`metrics.${name}`), value: this.route.query.get(name) ?? "", onchange: async () => {
-      this.choose({ [name]: field.value || null });
-      try {
-        this.comparison = await this.ask();
-        this.drawTables();
-      } catch (error) {
-        if (!this.stop?.signal.aborted && this.metrics) put(this.metrics, failed(error));
-      }
+    const field = h("select", { "aria-label": t("metrics.segment"), value: this.route.query.get("segment") ?? "", onchange: () => {
+      this.choose({ segment: field.value || null });
+      this.refresh();
     } }, values.map((value) => h("option", { value }, value || t("metrics.all"))));
-    return h("label", { class: "row" }, h("span", { class: "muted" }, t(`metrics.${name}`)), field);
+    return h("label", { class: "row" }, h("span", { class: "muted" }, t("metrics.segment")), field);
   }
 
   /** @param {Record<string, string | null>} query */
@@ -162,7 +210,8 @@ class ComparePage extends HTMLElement {
           h("div", { class: "card-head" }, h("h2", null, heading)), notApplicable(t("compare.obstacle")));
       }
       const panel = chartPanel({
-        source: `compare/charts/${chart.name}`, query: { run: comparison.runs.map((run) => run.id) }, heading, bus: this.bus, hidden, class: place(chart.name),
+        source: `compare/charts/${chart.name}`, query: { run: comparison.runs.map((run) => run.id), target: this.target }, heading, bus: this.bus, hidden, class: place(chart.name),
+        onpick: comparison.targets.length > 1 ? (mark) => this.pick(mark) : null,
       });
       this.panels.push(panel);
       return panel;
@@ -173,6 +222,7 @@ class ComparePage extends HTMLElement {
     const { comparison, metrics, given } = this;
     if (!comparison || !metrics || !given) return;
     const only = !this.all;
+    if (this.verdict) put(this.verdict, runVerdict(summaryOf(comparison), this.target));
     put(metrics, compareTable(comparison, t("tab.metrics"), comparison.metrics.map((row) => ({
       name: row.metric, head: told(`metric.${row.metric}`, row.metric), differs: row.differs,
       cells: row.values.map((cell, i) => (cell ? metricCell({

@@ -7,7 +7,7 @@ import { formatInstant, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatBytes } from "../js/numbers.js";
 import { CursorBus } from "../js/cursor.js";
-import { go, routeTo } from "../js/router.js";
+import { changeQuery, go, routeTo } from "../js/router.js";
 import { setTitle } from "../components/app-frame.js";
 import { chartPanel } from "../components/chart-panel.js";
 import { planTools } from "../components/plan-tools.js";
@@ -15,11 +15,14 @@ import { confirmDeletion } from "../components/confirm-dialog.js";
 import { readCounts, rejectionsTable, warningsList } from "../components/recording-report.js";
 import { siteTable } from "../components/site-table.js";
 import { failed, loading, stateBadge, wordsOf } from "../components/states.js";
+import { showTargetOf, targetPicker } from "../components/target-picker.js";
 import { toast } from "../components/toast-area.js";
 import "../components/recording-upload.js";
 
-/** @import { ChartItem, Recording } from "../types.d.ts" */
+/** @import { ChartItem, Recording, Target } from "../types.d.ts" */
 /** @import { Route } from "../js/router.js" */
+/** @import { ChartPanel } from "../components/chart-panel.js" */
+/** @import { TargetPicker } from "../components/target-picker.js" */
 /** @import { RecordingUpload } from "../components/recording-upload.js" */
 
 class RecordingPage extends HTMLElement {
@@ -27,6 +30,12 @@ class RecordingPage extends HTMLElement {
   route = { path: [], query: new URLSearchParams() };
   /** @type {(() => void) | null} */
   unwatch = null;
+  /** What is drawn. @type {Recording | null} */
+  recording = null;
+  /** @type {ChartPanel[]} */
+  panels = [];
+  /** @type {TargetPicker | null} */
+  picker = null;
 
   get recordingId() {
     return this.route.path[1] ?? "";
@@ -42,6 +51,17 @@ class RecordingPage extends HTMLElement {
   disconnectedCallback() {
     this.stop?.abort();
     this.unwatch?.();
+  }
+
+  /** @param {URLSearchParams} query */
+  queryChanged(query) {
+    this.picker?.choose(query.get("target") ?? "");
+    for (const panel of this.panels) panel.ask({ target: this.target });
+  }
+
+  /** The target that the charts are about; empty = all, also where the address names one that there is not. */
+  get target() {
+    return this.picker?.known ? this.picker.chosen : "";
   }
 
   async load() {
@@ -64,7 +84,7 @@ class RecordingPage extends HTMLElement {
   draw(recording) {
     const ready = recording.state === "ready";
     const bus = new CursorBus();
-    const charts = h("div", { class: "recording-charts" });
+    const charts = h("div", { class: "stack" });
     if (ready) this.drawCharts(recording, charts, bus);
     put(this,
       h("div", { class: "page-head" },
@@ -102,14 +122,22 @@ class RecordingPage extends HTMLElement {
    */
   async drawCharts(recording, box, bus) {
     try {
-      /** @type {{items: ChartItem[]}} */
-      const { items } = await get(`recordings/${recording.id}/charts`, { signal: this.stop?.signal });
+      const { signal } = /** @type {AbortController} */ (this.stop);
+      const [{ items }, { items: targets }] = await Promise.all([
+        /** @type {Promise<{items: ChartItem[]}>} */ (get(`recordings/${recording.id}/charts`, { signal })),
+        /** @type {Promise<{items: Target[]}>} */ (get(`recordings/${recording.id}/targets`, { signal })),
+      ]);
       items.sort((a, b) => Number(b.name === "plan") - Number(a.name === "plan"));
-      put(box, items.map((chart) => {
-        const panel = chartPanel({ source: `recordings/${recording.id}/charts/${chart.name}`, heading: told(`chart.${chart.name}`, chart.title), bus });
+      this.picker = targetPicker(targets, this.route.query.get("target") ?? "", (name) => changeQuery({ target: name }));
+      this.panels = items.map((chart) => {
+        const panel = chartPanel({
+          source: `recordings/${recording.id}/charts/${chart.name}`, query: { target: this.target }, heading: told(`chart.${chart.name}`, chart.title), bus,
+          onpick: targets.length > 1 ? (mark) => showTargetOf(recording.id, mark.row, signal) : null,
+        });
         if (chart.name === "plan") panel.foot = [planTools(panel, recording.site?.origin)];
         return panel;
-      }));
+      });
+      put(box, this.picker, h("div", { class: "recording-charts" }, this.panels));
     } catch (error) {
       if (!this.stop?.signal.aborted) put(box, failed(error));
     }

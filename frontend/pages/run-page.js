@@ -7,7 +7,8 @@ import { formatInstant, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatDuration, formatNumber } from "../js/numbers.js";
 import { CursorBus } from "../js/cursor.js";
-import { go, rememberQuery, routeTo } from "../js/router.js";
+import { changeQuery, go, parseRoute, rememberQuery, routeTo } from "../js/router.js";
+import { loadTable } from "../js/tables.js";
 import { againRoute, durationOf, requestOf, titleOf } from "../js/runs.js";
 import { curlSnippet, pythonSnippet } from "../js/snippets.js";
 import { setTitle } from "../components/app-frame.js";
@@ -19,15 +20,18 @@ import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTa
 import { editButton, tagLinks } from "../components/run-name-form.js";
 import { runVerdict } from "../components/run-verdict.js";
 import { emptyState, failed, loading, stateBadge, wordsOf } from "../components/states.js";
+import { showTargetOf, targetPicker } from "../components/target-picker.js";
 import { copyText, toast } from "../components/toast-area.js";
 import "../components/legend-chips.js";
 import "../components/tab-bar.js";
 
-/** @import { ChartItem, Recording, Run } from "../types.d.ts" */
+/** @import { ChartItem, Recording, Run, Summary, Target } from "../types.d.ts" */
 /** @import { Route } from "../js/router.js" */
 /** @import { ChartPanel } from "../components/chart-panel.js" */
 /** @import { LegendChips } from "../components/legend-chips.js" */
+/** @import { Mark } from "../components/chart-cursor.js" */
 /** @import { TabBar } from "../components/tab-bar.js" */
+/** @import { TargetPicker } from "../components/target-picker.js" */
 
 // The plan stands at the left, these two beside it; whatever else a run has follows below.
 const BESIDE = ["drms", "nis"];
@@ -43,6 +47,10 @@ class RunPage extends HTMLElement {
   /** @type {ChartPanel[]} */
   panels = [];
   drawn = "";
+  /** @type {TargetPicker | null} */
+  picker = null;
+  /** Draws what stands below the charts. @type {() => TabBar} */
+  makeTabs = () => this.tabs([]);
 
   get runId() {
     return this.route.path[1] ?? "";
@@ -62,6 +70,18 @@ class RunPage extends HTMLElement {
     this.unwatch?.();
   }
 
+  /** The target that everything is about; empty = all, also where the address names one that there is not. */
+  get target() {
+    return this.picker?.known ? this.picker.chosen : "";
+  }
+
+  /** @param {URLSearchParams} query */
+  queryChanged(query) {
+    const before = this.target;
+    this.picker?.choose(query.get("target") ?? "");
+    if (this.target !== before) this.follow();
+  }
+
   async load() {
     try {
       /** @type {Run} */
@@ -77,6 +97,10 @@ class RunPage extends HTMLElement {
       this.drawHead(run, active);
       if (this.drawn !== run.state) await this.drawBody(run);
       this.drawn = run.state;
+      await this.drawBody(run).catch((error) => {
+        this.drawn = "";
+        throw error;
+      });
     } catch (error) {
       // While the server is away the frame says so, and what was drawn stays.
       if (this.stop?.signal.aborted || (this.run && error instanceof Problem && error.status === 0)) return;
@@ -136,11 +160,12 @@ class RunPage extends HTMLElement {
   async drawResult(run, body) {
     const signal = this.stop?.signal;
     const recording = run.source.recording_id;
-    const [charts, tables, site] = await Promise.all([
+    const [charts, tables, site, targets] = await Promise.all([
       /** @type {Promise<{items: ChartItem[]}>} */ (get(`runs/${run.id}/charts`, { signal })),
       /** @type {Promise<{items: {name: string, rows?: number}[]}>} */ (get(`runs/${run.id}/tables`, { signal })),
       // Only the origin is wanted of the recording; one that was deleted takes nothing else away.
       recording ? get(`recordings/${recording}`, { signal }).then((/** @type {Recording} */ one) => one.site, () => null) : null,
+      recording ? get(`recordings/${recording}/targets`, { signal }).then((/** @type {{items: Target[]}} */ list) => list.items, () => []) : [],
     ]);
     const labels = run.algorithms.map((entry) => entry.label ?? entry.name);
     const hidden = new Set(this.route.query.getAll("hide"));
@@ -150,8 +175,11 @@ class RunPage extends HTMLElement {
       rememberQuery({ hide: [...now] });
       for (const panel of this.panels) panel.hideLabels(now);
     };
+    const picker = targetPicker(targets, this.route.query.get("target") ?? "", (name) => changeQuery({ target: name }));
+    this.picker = picker;
     const panel = (/** @type {ChartItem} */ chart, /** @type {string} */ place) => chartPanel({
-      source: `runs/${run.id}/charts/${chart.name}`, heading: told(`chart.${chart.name}`, chart.title), bus: this.bus, hidden, class: place,
+      source: `runs/${run.id}/charts/${chart.name}`, query: { target: this.target }, heading: told(`chart.${chart.name}`, chart.title), bus: this.bus, hidden, class: place,
+      onpick: targets.length > 1 ? (mark) => this.pick(mark) : null,
     });
     const byName = new Map(charts.items.map((chart) => [chart.name, chart]));
     const first = byName.get("plan") ?? charts.items[0];
@@ -164,38 +192,74 @@ class RunPage extends HTMLElement {
     ];
     const plan = this.panels.find((one) => first?.name === "plan" && one.className === "first");
     if (plan) plan.foot = [timePlayer(plan, this.bus), planTools(plan, site?.origin)];
-    const tabs = this.resultTabs(run, charts.items, tables.items);
+    this.makeTabs = () => this.resultTabs(run, charts.items, tables.items, targets.length > 1);
+    this.verdict = h("div", null, runVerdict(this.target ? null : run.summary));
+    this.below = h("div", null, this.makeTabs());
     put(body,
-      h("div", { class: "run-legend" }, chips, h("span", { class: "small muted" }, t("run.legend_more"))),
-      runVerdict(run.summary),
+      h("div", { class: "run-legend" }, chips, picker, h("span", { class: "small muted" }, t("run.legend_more"))),
+      this.verdict,
       h("div", { class: "run-charts" }, this.panels),
-      tabs);
+      this.below);
+    if (this.target) this.judge(run);
+  }
+
+  /** Everything on the page is about another target now. */
+  follow() {
+    const { run, below } = this;
+    if (!run || !below) return;
+    for (const panel of this.panels) panel.ask({ target: this.target });
+    this.judge(run);
+    const focused = below.contains(document.activeElement);
+    put(below, this.makeTabs());
+    // What had the focus is gone: its place takes over.
+    if (focused) /** @type {HTMLElement | null} */ (below.querySelector("[role=tab][aria-selected=true]"))?.focus();
+  }
+
+  /** Say who was best, on this target or on all. @param {Run} run */
+  async judge(run) {
+    const { target, verdict } = this;
+    if (!verdict) return;
+    verdict.classList.toggle("stale", Boolean(target));
+    const summary = target ? await targetSummary(run, target).catch(() => null) : run.summary;
+    // Meanwhile another target may have been chosen.
+    if (this.target !== target) return;
+    put(verdict, runVerdict(summary, target));
+    verdict.classList.remove("stale");
+  }
+
+  /** Show the target of a mark alone. @param {Mark} mark */
+  pick(mark) {
+    const recording = this.run?.source.recording_id;
+    if (recording) showTargetOf(recording, mark.row, this.stop?.signal);
   }
 
   /**
    * @param {Run} run
    * @param {ChartItem[]} charts
    * @param {{name: string, rows?: number}[]} tables
+   * @param {boolean} choosable whether there are targets to choose from
    */
-  resultTabs(run, charts, tables) {
+  resultTabs(run, charts, tables, choosable) {
+    const { target } = this;
     const has = (/** @type {string} */ name) => tables.some((table) => table.name === name);
     const count = (/** @type {string} */ name) => tables.find((table) => table.name === name)?.rows;
-    const decisions = count("decisions");
+    // How many of them are of one target is seen when they are loaded.
+    const decisions = target ? undefined : count("decisions");
     return this.tabs([
-      { name: "metrics", title: t("tab.metrics"), draw: () => metricsTab(run) },
-      ...(has("decisions") ? [{ name: "decisions", title: decisions === undefined ? t("tab.decisions") : t("tab.decisions_count", { n: decisions }), draw: () => decisionsTab(run, this.bus) }] : []),
-      ...(has("tracks") ? [{ name: "tracks", title: t("tab.tracks"), draw: () => tracksTab(run) }] : []),
-      ...(has("receivers") ? [{ name: "receivers", title: t("tab.receivers"), draw: () => receiversTab(run) }] : []),
+      { name: "metrics", title: t("tab.metrics"), draw: () => metricsTab(run, target) },
+      ...(has("decisions") ? [{ name: "decisions", title: decisions === undefined ? t("tab.decisions") : t("tab.decisions_count", { n: decisions }), draw: () => decisionsTab(run, target, this.bus) }] : []),
+      ...(has("tracks") ? [{ name: "tracks", title: t("tab.tracks"), draw: () => tracksTab(run, target, choosable ? (name) => changeQuery({ target: name }) : null) }] : []),
+      ...(has("receivers") ? [{ name: "receivers", title: t("tab.receivers"), draw: () => receiversTab(run, target) }] : []),
       { name: "parameters", title: t("tab.parameters"), draw: () => parametersTab(run) },
       { name: "log", title: t("tab.log"), draw: () => logTab(run) },
-      { name: "export", title: t("tab.export"), draw: () => exportTab(run, charts, tables.map((table) => table.name)) },
+      { name: "export", title: t("tab.export"), draw: () => exportTab(run, charts, tables.map((table) => table.name), target) },
     ]);
   }
 
   /** @param {import("../components/tab-bar.js").Tab[]} tabs */
   tabs(tabs) {
     const bar = /** @type {TabBar} */ (document.createElement("tab-bar"));
-    Object.assign(bar, { tabs, label: t("run.tables"), chosen: this.route.query.get("tab") ?? "" });
+    Object.assign(bar, { tabs, label: t("run.tables"), chosen: parseRoute(location.hash).query.get("tab") ?? "" });
     bar.onchoose = (name) => rememberQuery({ tab: name });
     return bar;
   }
@@ -220,6 +284,20 @@ class RunPage extends HTMLElement {
       toast(wordsOf(error));
     }
   }
+}
+
+/** The metrics of one target as the summary of a run. @param {Run} run @param {string} target */
+async function targetSummary(run, target) {
+  const { rows } = await loadTable(run.id, "metrics", target);
+  /** @type {Summary} */
+  const summary = {};
+  for (const { metric, label, segment, value, ci95_low: low, ci95_high: high, unit } of rows) {
+    if (segment) continue;
+    (summary[String(metric)] ??= {})[String(label)] = {
+      value: typeof value === "number" ? value : null, ci95: typeof low === "number" && typeof high === "number" ? [low, high] : null, unit: String(unit ?? ""),
+    };
+  }
+  return summary;
 }
 
 /**
