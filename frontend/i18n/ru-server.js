@@ -4,6 +4,7 @@
 
 import answers from "./ru-answers.js";
 import reading from "./ru-reading.js";
+import * as scenarios from "./ru-scenarios.js";
 
 /** @type {Record<string, string>} */
 export const codes = {
@@ -178,6 +179,7 @@ export const codes = {
 
 /** @type {Record<string, string>} */
 export const words = {
+  ...scenarios.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
   "squares of the state's units": "квадраты единиц состояния",
   "m": "м",
@@ -319,7 +321,7 @@ export const words = {
 };
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
-export const sentences = { ...answers, ...reading };
+export const sentences = { ...answers, ...reading, ...scenarios.sentences };
 
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */

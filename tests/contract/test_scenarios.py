@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -115,3 +117,15 @@ def simulated(scenario: Scenario, name: str, value: float) -> tuple[ParameterErr
         return None, scenario.simulate(scenario.parameters(**{name: value}), (0,), 1)
     except ParameterError as error:
         return error, scenario.simulate(scenario.parameters(), (0,), 1)
+
+
+@each_scenario
+def test_every_text_has_russian_words(scenario: Scenario, repository: Path) -> None:
+    texts = "".join(path.read_text("utf-8") for path in sorted((repository / "frontend" / "i18n").glob("ru*.js")))
+    said = [scenario.title, scenario.summary]
+    schema = scenario.parameters.schema_for_forms()
+    for model in (schema, *schema["$defs"].values()):
+        for field in model["properties"].values():
+            said += [field["title"], field["description"], *field.get("choices", {}).values()]
+            assert f'"group.{field["group"]}": ' in texts, field["title"]
+    assert {text for text in (" ".join(t.split()) for t in said) if f"\n  {json.dumps(text)}: " not in texts} == set()

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic import field_validator
 from pydantic.fields import FieldInfo
 
-from algorithms.site import Origin, Site
+from algorithms.site import Site
 from algorithms.spec import Parameters, parameter
 from algorithms.toolbox.scenario.targets import Target
 from algorithms.toolbox.scenario.timing import Gap, Interrogator
@@ -61,6 +61,17 @@ class ScenarioStation(Parameters):
     """By how much the unknown error grows in a second."""
 
 
+class ScenarioOrigin(Parameters):
+    """WGS-84 position of the local frame's zero."""
+
+    latitude_deg: float = parameter(title="Latitude", unit="°", group="stations", ge=-90, le=90)
+    """WGS-84."""
+    longitude_deg: float = parameter(title="Longitude", unit="°", group="stations", ge=-180, le=360)
+    """WGS-84."""
+    height_m: float = parameter(0.0, title="Height", unit="m", group="stations", ge=-10_000, le=100_000)
+    """Above the ellipsoid."""
+
+
 class ReceptionInterval(Parameters):
     """How well the stations receive for some time."""
 
@@ -98,7 +109,7 @@ class MarkScenario(Parameters):
         FOUR_STATIONS, title="Stations", group="stations", min_length=2, max_length=MOST_STATIONS
     )
     """As in a site: in the local frame, or in WGS-84."""
-    origin: Origin | None = parameter(None, title="Origin", group="stations", advanced=True)
+    origin: ScenarioOrigin | None = parameter(None, title="Origin", group="stations", advanced=True)
     """WGS-84 position of the local frame's zero. With one the Earth is the ellipsoid, without one a sphere."""
     targets: tuple[Target, ...] = parameter(
         (Target(segments=(Segment(duration_s=600),)),), title="Targets", group="targets", min_length=1, max_length=100
@@ -197,7 +208,7 @@ def site_of(parameters: MarkScenario) -> Site:
     claimed = parameters.claimed_sigma_altitude_m or parameters.sigma_altitude_m or None
     return Site.model_validate(
         {
-            "origin": parameters.origin,
+            "origin": None if parameters.origin is None else parameters.origin.model_dump(),
             "stations": [_as_in_a_site(s) for s in parameters.stations],
             "sigma_toa_ns": parameters.sigma_toa_ns,
             "sigma_altitude_m": claimed,

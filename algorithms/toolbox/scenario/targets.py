@@ -147,15 +147,15 @@ def _refuse_what_cannot_be_flown(spline: object, knots: Floats) -> None:
     looks = np.append((knots[:-1, None] + np.diff(knots)[:, None] * np.arange(_LOOKS) / _LOOKS).ravel(), knots[-1])
     altitude = spline(looks)[:, 2]  # type: ignore[operator]  # scipy has no types
     speed = np.linalg.norm(spline(looks, 1), axis=1)  # type: ignore[operator]
-    for wrong, what in ((altitude < 0, "below the ground"), (speed > MAX_SPEED_MPS, f"beyond {MAX_SPEED_MPS:g} m/s")):
-        if wrong.any():
-            i = int(np.flatnonzero(wrong)[0])
-            raise ParameterError(
-                f"at {looks[i]:g} s the path through the points is {altitude[i]:.4g} m high, {speed[i]:.4g} m/s fast: "
-                + what,
-                pointer=f"/points/{min(i // _LOOKS, len(knots) - 1)}",
-                remedy="move the points near it, or give more of them",
-            )
+    wrong = (altitude < 0) | (speed > MAX_SPEED_MPS)
+    if wrong.any():
+        i = int(np.flatnonzero(wrong)[0])
+        raise ParameterError(
+            f"at {looks[i]:g} s the path through the points is {altitude[i]:.4g} m high and {speed[i]:.4g} m/s fast; "
+            f"it must stay above the ground and below {MAX_SPEED_MPS:g} m/s",
+            pointer=f"/points/{min(i // _LOOKS, len(knots) - 1)}",
+            remedy="move the points near it, or give more of them",
+        )
 
 
 def path_of(target: Target) -> Path:
