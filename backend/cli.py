@@ -210,8 +210,8 @@ def _backup(options: argparse.Namespace) -> int:
     settings = _settings(data_dir=options.data)
     if settings.database_url:
         raise UsageError(
-            "FILTERROOM_DATABASE_URL names a database of its own: back it up with its tools, and copy the folder "
-            f"{settings.store_dir} afterwards."
+            "FILTERROOM_DATABASE_URL names a database of its own: back it up with its tools, such as pg_dump, and then "
+            f"copy the folder {settings.store_dir}; delete nothing in between."
         )
     done = back_up(settings.data_dir, options.file)
     lost = {"missing": list(done.missing), "damaged": list(done.damaged)}

@@ -8,6 +8,7 @@
   + TooLargeError                      a body, a file or a table above a limit of the settings
   + QuotaError                         too many things of one kind at once
   + StorageError                       the disk or the database refused
+  + UnavailableError                   something that is needed does not answer now; it may later
 
 `backend.http.problems` maps the types to HTTP statuses, in one place.
 """
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 from algorithms.errors import FilterRoomError
 
-__all__ = ["NotFoundError", "QuotaError", "StateError", "StorageError", "TooLargeError"]
+__all__ = ["NotFoundError", "QuotaError", "StateError", "StorageError", "TooLargeError", "UnavailableError"]
 
 
 class NotFoundError(FilterRoomError):
@@ -47,3 +48,9 @@ class StorageError(FilterRoomError):
     """The disk or the database refused to store or to give back what was asked."""
 
     code = "storage"
+
+
+class UnavailableError(FilterRoomError):
+    """Something that is needed (a locked database, a server that is away) does not answer now; it may later."""
+
+    code = "unavailable"

@@ -48,8 +48,8 @@ class Settings(BaseSettings):
     """Serve everybody who can reach the address. Only for networks where everybody may see everything."""
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
     """Names under which the server may be addressed besides localhost, separated by commas."""
-    database_url: str = ""
-    """SQLAlchemy URL; empty means SQLite in the data folder."""
+    database_url: SecretStr = SecretStr("")
+    """Address `postgresql://USER:PASSWORD@HOST/DATABASE`; empty means SQLite in the data folder."""
     scheduler: str = ""
     """Address of an existing Dask scheduler such as `tls://10.0.0.5:8786`; empty starts local workers."""
     tls_ca: Path | None = None
@@ -96,7 +96,7 @@ class Settings(BaseSettings):
     @property
     def url(self) -> str:
         """SQLAlchemy URL of the database."""
-        return self.database_url or f"sqlite:///{(self.data_dir / 'filterroom.sqlite').resolve()}"
+        return self.database_url.get_secret_value() or f"sqlite:///{(self.data_dir / 'filterroom.sqlite').resolve()}"
 
     @property
     def store_dir(self) -> Path:

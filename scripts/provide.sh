@@ -176,3 +176,45 @@ provide_browser() {
     browser_works || apt_install chromium || unpack_chromium || true
     browser_works || fail "A browser for the page tests is missing. One line mends it, as root: apt-get install chromium"
 }
+
+# PostgreSQL ------------------------------------------------------------------------------------------------------
+
+postgresql_works() {
+    for initdb in /usr/lib/postgresql/*/bin/initdb "$tools"/postgresql/usr/lib/postgresql/*/bin/initdb; do
+        [ ! -x "$initdb" ] || return 0
+    done
+    works command -v initdb
+}
+
+# For an ordinary user; the packages that the machine lacks are what a simulated installation names.
+unpack_postgresql() {
+    works command -v apt-get || return 1
+    packages=$(apt-get install --simulate --no-install-recommends postgresql | sed -n 's/^Inst \([^ ]*\).*/\1/p')
+    [ -n "$packages" ] || return 1
+    say "unpacking Debian's PostgreSQL into .tools/postgresql"
+    rm -rf "$tools/postgresql"
+    mkdir -p "$tools/postgresql/packages"
+    (
+        cd "$tools/postgresql/packages" || exit 1
+        # shellcheck disable=SC2086 # one word per package
+        apt-get download -qq $packages || exit 1
+        for package in *.deb; do
+            dpkg-deb -x "$package" .. || exit 1
+        done
+    ) >&2
+}
+
+# Its tests start a server of their own. Installed for root, whose clone another user need not be able to read; for
+# others unpacked, so that nothing starts on their machine.
+provide_postgresql() {
+    if postgresql_works; then
+        return
+    fi
+    if [ "$(id -u)" -eq 0 ]; then
+        apt_install postgresql || true
+    else
+        unpack_postgresql || apt_install postgresql || true
+    fi
+    postgresql_works ||
+        fail "PostgreSQL for its tests is missing. One line mends it, as root: apt-get install postgresql"
+}

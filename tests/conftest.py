@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from tests import postgresql
 
 ROOT = Path(__file__).parent.parent
 
@@ -20,6 +23,22 @@ os.environ["PATH"] = os.pathsep.join([str(ROOT / ".tools" / "bin"), os.environ["
 if (node := shutil.which("node")) is not None:
     # Playwright's own node needs a library (libatomic) that a minimal Debian does not have.
     os.environ.setdefault("PLAYWRIGHT_NODEJS_PATH", node)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--database",
+        choices=("sqlite", "postgresql"),
+        default="sqlite",
+        help="what the tests of the database, of the API and of the engine store their rows in",
+    )
+
+
+@pytest.fixture(scope="session")
+def postgresql_server() -> Iterator[postgresql.PostgreSQL]:
+    """A PostgreSQL server that only these tests use."""
+    with postgresql.running() as server:
+        yield server
 
 
 @pytest.fixture(scope="session")

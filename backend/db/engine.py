@@ -1,9 +1,7 @@
 """The database: one writer at a time, readers that never wait for it.
 
-SQLite in WAL mode lets readers go on while one transaction writes. A transaction that reads first and
-writes later fails at once with "database is locked" when another one wrote in between, whatever the busy
-timeout; therefore every write transaction starts with BEGIN IMMEDIATE, and inside this process writers
-queue for one connection.
+Inside this process writers queue for one connection, and what other processes may do is settled by BEGIN IMMEDIATE
+(`backend.db.sqlite`) or by a lock on the whole database (`backend.db.postgresql`).
 """
 
 from __future__ import annotations
@@ -11,17 +9,18 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
 
-from sqlalchemy import Connection, Engine, create_engine, event, make_url
-from sqlalchemy.exc import DBAPIError, OperationalError
-from sqlalchemy.pool import NullPool
+from sqlalchemy import Connection, make_url
+from sqlalchemy.exc import ArgumentError
 
+from backend.db.postgresql import postgresql_engines
+from backend.db.refusals import translated
+from backend.db.sqlite import migration_engine, sqlite_engines
 from backend.errors import StorageError
 
 # How long a writer waits for another one, seconds. Write transactions take milliseconds.
 WRITE_WAIT_S = 30
+_ENGINES = {"sqlite": sqlite_engines, "postgresql": postgresql_engines}
 
 
 class Database:
@@ -29,40 +28,36 @@ class Database:
 
     `read()` and `write()` give a `Connection` inside a transaction; `write()` commits at the end of the
     block, or rolls back when it raises. Never compute inside a write transaction.
+
+    Raises
+    ------
+    StorageError
+        The address cannot be used. Whether a database answers there is seen at the first transaction.
     """
 
     def __init__(self, url: str) -> None:
-        self._url = make_url(url)
-        self.is_sqlite = self._url.get_backend_name() == "sqlite"
-        if self.is_sqlite:
-            if not self._url.database or self._url.database == ":memory:":
-                raise StorageError(
-                    "A database in memory cannot be shared by the server's threads.",
-                    remedy="Give a file: sqlite:////path/to/filterroom.sqlite",
-                    code="database_url",
-                )
-            Path(self._url.database).parent.mkdir(parents=True, exist_ok=True)
-            # One connection for writing: writers of this process queue in order instead of polling the lock.
-            self._writer = create_engine(self._url, pool_size=1, max_overflow=0, pool_timeout=WRITE_WAIT_S)
-            self._reader = create_engine(self._url, pool_size=8, max_overflow=40)
-            _set_up_sqlite(self._writer, begin="BEGIN IMMEDIATE", read_only=False)
-            _set_up_sqlite(self._reader, begin="BEGIN", read_only=True)
-        else:
-            self._writer = create_engine(self._url, pool_pre_ping=True)
-            self._reader = self._writer.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
+        try:
+            self._url = make_url(url)
+        except ArgumentError as error:
+            # The address may hold a password: it is not repeated.
+            raise _no_address("It cannot be taken apart.") from error
+        engines = _ENGINES.get(self._url.get_backend_name())
+        if engines is None:
+            raise _no_address(f"It begins with {self._url.drivername}://.")
+        self._writer, self._reader = engines(self._url, WRITE_WAIT_S)
         self._listeners: list[Callable[[], None]] = []
         self._listeners_lock = threading.Lock()
 
     @contextmanager
     def read(self) -> Iterator[Connection]:
         """Give a connection that sees one consistent state and cannot write."""
-        with _storage_errors(), self._reader.connect() as connection, connection.begin():
+        with translated(self._url, writing=False), self._reader.connect() as connection, connection.begin():
             yield connection
 
     @contextmanager
     def write(self) -> Iterator[Connection]:
         """Give a connection in a write transaction; commit at the end, then wake the listeners."""
-        with _storage_errors(), self._writer.begin() as connection:
+        with translated(self._url, writing=True), self._writer.begin() as connection:
             yield connection
         with self._listeners_lock:
             listeners = tuple(self._listeners)
@@ -71,18 +66,12 @@ class Database:
 
     @contextmanager
     def migration(self) -> Iterator[Connection]:
-        """Give a write transaction without foreign key actions.
-
-        SQLite changes a table by copying and dropping it, and with foreign keys on the drop would delete
-        the rows that refer to it.
-        """
-        if not self.is_sqlite:
-            with self._writer.begin() as connection:
+        """Give a write transaction in which tables may change; it is committed whole or not at all."""
+        if self._url.get_backend_name() != "sqlite":
+            with translated(self._url, writing=True), self._writer.begin() as connection:
                 yield connection
             return
-        engine = create_engine(self._url, poolclass=NullPool)
-        _set_up_sqlite(engine, begin="BEGIN IMMEDIATE", read_only=False, foreign_keys=False)
-        with engine.begin() as connection:
+        with translated(self._url, writing=True), migration_engine(self._url).begin() as connection:
             yield connection
             broken = connection.exec_driver_sql("PRAGMA foreign_key_check").fetchall()
             if broken:
@@ -109,47 +98,14 @@ class Database:
         return stop
 
     def close(self) -> None:
-        """Close all connections; the write-ahead log is then folded into the database file."""
+        """Close all connections: SQLite's log is then folded into its file, PostgreSQL is free for another server."""
         self._reader.dispose()
         self._writer.dispose()
 
 
-def _set_up_sqlite(engine: Engine, *, begin: str, read_only: bool, foreign_keys: bool = True) -> None:
-    @event.listens_for(engine, "connect")
-    def _connect(connection: Any, _record: object) -> None:
-        # The driver must not start transactions of its own (before Python 3.12 it has no other switch).
-        connection.isolation_level = None
-        cursor = connection.cursor()
-        cursor.execute("PRAGMA journal_mode=WAL")
-        cursor.execute("PRAGMA synchronous=NORMAL")
-        cursor.execute(f"PRAGMA foreign_keys={'ON' if foreign_keys else 'OFF'}")
-        cursor.execute("PRAGMA busy_timeout=10000")
-        if read_only:
-            cursor.execute("PRAGMA query_only=ON")
-        cursor.close()
-
-    @event.listens_for(engine, "begin")
-    def _begin(connection: Connection) -> None:
-        connection.exec_driver_sql(begin)
-
-
-@contextmanager
-def _storage_errors() -> Iterator[None]:
-    """Turn a full disk, a locked or an unreadable database into an error that says what to do."""
-    try:
-        yield
-    except (OperationalError, DBAPIError) as error:
-        text = str(error.orig)
-        if "disk is full" in text or "disk I/O" in text:
-            raise StorageError(
-                f"The database cannot be written: {text}.",
-                remedy="Free space on the disk of the data folder; nothing that was stored is lost.",
-                code="disk_full",
-            ) from error
-        if "locked" in text:
-            raise StorageError(
-                "Another program keeps the database locked.",
-                remedy="Close it (a database browser, a second server) and try again.",
-                code="database_locked",
-            ) from error
-        raise
+def _no_address(why: str) -> StorageError:
+    return StorageError(
+        f"FILTERROOM_DATABASE_URL is no address of a database that this program uses. {why}",
+        remedy="Give postgresql://USER:PASSWORD@HOST/DATABASE, or sqlite:////path/to/file.",
+        code="database_url",
+    )

@@ -13,7 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
 from algorithms.errors import AlgorithmError, FilterRoomError, InputError
-from backend.errors import NotFoundError, QuotaError, StateError, StorageError, TooLargeError
+from backend.errors import NotFoundError, QuotaError, StateError, StorageError, TooLargeError, UnavailableError
 from backend.http.allowed_methods import allowed_methods
 from backend.http.problem_codes import PROBLEMS
 
@@ -28,6 +28,7 @@ STATUS: dict[type[FilterRoomError], int] = {
     TooLargeError: 413,
     QuotaError: 429,
     StorageError: 507,
+    UnavailableError: 503,
     FilterRoomError: 500,
 }
 
@@ -165,7 +166,7 @@ def _on_program_error(request: Request, error: Exception) -> Response:
     items = []
     if isinstance(error, InputError) and error.pointer:
         items.append(ProblemItem(pointer=error.pointer, detail=str(error), code=error.code))
-    headers = {"Retry-After": "5"} if isinstance(error, QuotaError) else {}
+    headers = {"Retry-After": "5"} if isinstance(error, QuotaError | UnavailableError) else {}
     return problem_response(
         path=request.url.path,
         status=status_of(error),

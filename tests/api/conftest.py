@@ -68,7 +68,17 @@ def start_server(data: Path, *arguments: str, **environment: str) -> ServerProce
 
 
 @pytest.fixture(scope="session")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
+def database_url(request: pytest.FixtureRequest) -> Iterator[str]:
+    """What --database chooses; empty for SQLite in the data folder."""
+    if request.config.getoption("--database") == "sqlite":
+        yield ""
+    else:
+        with request.getfixturevalue("postgresql_server").database() as url:
+            yield url
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory, database_url: str) -> Iterator[ServerProcess]:
     running = start_server(
         tmp_path_factory.mktemp("server") / "data",
         "--no-samples",
@@ -76,6 +86,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServerProcess]:
         "1",
         FILTERROOM_MAX_UPLOAD_BYTES=str(16 * 2**20),
         FILTERROOM_ALLOWED_HOSTS="radar.example",
+        FILTERROOM_DATABASE_URL=database_url,
     )
     yield running
     status = running.stop()

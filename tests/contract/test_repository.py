@@ -177,7 +177,7 @@ def test_no_copyleft_reaches_the_user() -> None:
 def test_every_direct_dependency_is_recorded_with_its_licence() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     names = [Requirement(d).name for d in project["project"]["dependencies"]]
-    for group in project["dependency-groups"].values():
+    for group in (*project["project"]["optional-dependencies"].values(), *project["dependency-groups"].values()):
         names += [Requirement(d).name for d in group]
     record = next((ROOT / "docs" / "decisions").glob("0006-*.md")).read_text(encoding="utf-8")
     assert not [name for name in names if f"| `{name}` |" not in record]
@@ -187,7 +187,7 @@ def test_pins_cover_every_direct_dependency() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     pinned = {Requirement(pin).name.lower() for pin in project["tool"]["uv"]["constraint-dependencies"]}
     wanted = {Requirement(d).name.lower() for d in project["project"]["dependencies"]}
-    for group in project["dependency-groups"].values():
+    for group in (*project["project"]["optional-dependencies"].values(), *project["dependency-groups"].values()):
         wanted |= {Requirement(d).name.lower() for d in group}
     assert wanted <= pinned
 

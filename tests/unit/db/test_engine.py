@@ -8,6 +8,7 @@ import pytest
 from sqlalchemy import insert, select
 from sqlalchemy.exc import DBAPIError, StatementError
 
+from backend.db import events
 from backend.db.engine import Database
 from backend.db.tables import idempotency_keys
 from backend.errors import StorageError
@@ -41,12 +42,30 @@ def test_writers_that_read_first_never_find_the_database_locked(database: Databa
         assert len(connection.execute(select(idempotency_keys)).all()) == 200
 
 
+def test_a_writer_waits_for_the_one_before(database: Database) -> None:
+    """Events are then numbered in the order of their commits: whoever has seen number n has seen all before it."""
+
+    def announce() -> None:
+        with database.write() as connection:
+            late.append(events.append_event(connection, "log", {}))
+
+    late: list[int] = []
+    with database.write() as connection:
+        thread = threading.Thread(target=announce)
+        thread.start()
+        thread.join(0.1)
+        assert thread.is_alive()
+        early = events.append_event(connection, "log", {})
+    thread.join()
+    assert late > [early]
+
+
 def test_a_reader_does_not_wait_for_a_writer_and_cannot_write(database: Database) -> None:
     with database.write() as writing:
         writing.execute(insert(idempotency_keys).values(**key("a")))
         with database.read() as reading:
             assert reading.execute(select(idempotency_keys)).all() == []
-    with pytest.raises(DBAPIError, match="readonly"), database.read() as reading:
+    with pytest.raises(DBAPIError, match=r"read-?only"), database.read() as reading:
         reading.execute(insert(idempotency_keys).values(**key("b")))
 
 
@@ -85,6 +104,22 @@ def test_instants_come_back_in_utc(database: Database) -> None:
 def test_a_database_in_memory_is_refused() -> None:
     with pytest.raises(StorageError, match="cannot be shared"):
         Database("sqlite://")
+
+
+@pytest.mark.parametrize(
+    ("url", "words"),
+    [
+        ("nonsense", "taken apart"),
+        ("mysql://me:secret@host/db", "mysql://"),
+        ("postgresql+asyncpg://me:secret@host/db", "'asyncpg'"),
+    ],
+)
+def test_an_address_that_cannot_be_used_says_why_without_its_password(url: str, words: str) -> None:
+    with pytest.raises(StorageError) as caught:
+        Database(url)
+    assert caught.value.code == "database_url"
+    assert words in str(caught.value)
+    assert "secret" not in str(caught.value)
 
 
 def test_close_folds_the_log_into_the_file(tmp_path: Path) -> None:

@@ -227,11 +227,17 @@ def test_listing_walks_an_index(database: Database) -> None:
                 tags=["t"] if n % 50 == 0 else [],
             )
     with database.read() as connection:
+        explain, at, sorting = "EXPLAIN QUERY PLAN", 3, "TEMP B-TREE"
+        if connection.dialect.name == "postgresql":
+            explain, at, sorting = "EXPLAIN", 0, "Sort"
+            # With few rows it would rather scan; whether the index serves is the question.
+            connection.exec_driver_sql("SET LOCAL enable_seqscan = off")
+            connection.exec_driver_sql("SET LOCAL enable_sort = off")
         plans = []
         for only in (runs.RunFilter(), runs.RunFilter(state=("queued",)), runs.RunFilter(tag="t")):
             query = runs.select(*runs._COLUMNS).where(*runs._conditions(only)).limit(50)
             query = query.order_by(runs.runs.c.created_at.desc(), runs.runs.c.id.desc())
             text = str(query.compile(connection, compile_kwargs={"literal_binds": True}))
-            plans.append(" | ".join(r[3] for r in connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {text}")))
-    assert all("TEMP B-TREE" not in plan for plan in plans), plans
-    assert all("INDEX" in plan for plan in plans), plans
+            plans.append(" | ".join(r[at] for r in connection.exec_driver_sql(f"{explain} {text}")))
+    assert all(sorting not in plan for plan in plans), plans
+    assert all("INDEX" in plan.upper() for plan in plans), plans
