@@ -142,10 +142,15 @@ def wait_until_ready(url: str, process: subprocess.Popen[bytes], log: Path) -> N
     pytest.fail(f"the server was not ready after {START_TIMEOUT_S} s:\n{log.read_text()}")
 
 
+def chromium_program() -> str | None:
+    """Chromium, from FILTERROOM_CHROMIUM or the search path."""
+    return os.environ.get("FILTERROOM_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """Chromium, from FILTERROOM_CHROMIUM or the search path; without one these tests fail."""
-    program = os.environ.get("FILTERROOM_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+    """Chromium; without one these tests fail."""
+    program = chromium_program()
     if program is None:
         pytest.fail("no Chromium: install `chromium`, or name the program in FILTERROOM_CHROMIUM")
     with sync_playwright() as playwright:
