@@ -83,7 +83,11 @@ def read_delimited_text(content: Content, *, pointer: str = "/file") -> Delimite
         )
     # A station's name may hold a line end, so the header is a record like others.
     candidates = {d: join_record(lambda i: lines[number + i], d) for d in ((told,) if told else _DELIMITERS)}
-    delimiter = max(candidates, key=lambda d: len(candidates[d][0] or ()))
+    # Names and numbers may hold commas (`Time, ms;Range, m` over `1,5;20,0`): what splits the row below into as many
+    # cells goes before what splits the names into the most.
+    delimiter = max(
+        candidates, key=lambda d: (_fits_below(candidates[d], lines[number:], d), len(candidates[d][0] or ()))
+    )
     cells, height = candidates[delimiter]
     names = [n.strip() for n in cells or ()]
     if len(names) > 1 and not names[-1]:
@@ -111,6 +115,15 @@ def read_delimited_text(content: Content, *, pointer: str = "/file") -> Delimite
             code="duplicate_column",
         )
     return DelimitedText(content, tuple(names), delimiter, number + height + 1)
+
+
+def _fits_below(header: tuple[list[str] | None, int], lines: list[str], delimiter: str) -> bool:
+    """Whether the record after the names has several cells, one for each name."""
+    names, height = header
+    if names is None or len(names) < 2 or height >= len(lines):
+        return False
+    below, _ = join_record(lambda i: lines[height + i] if height + i < len(lines) else "", delimiter)
+    return below is not None and len(below) == len(names)
 
 
 def _fitting(cells: list[str], width: int) -> list[str] | Problem:

@@ -108,6 +108,12 @@ def test_excel_separator_line(read):
     assert report.rows_accepted == 2
 
 
+def test_commas_in_names_and_numbers_are_no_delimiters(read):
+    notes = "Note, first, a;Note, second, b;Note, third, c;Note, fourth, d"
+    _, report = read(f"time_s;toa_A_ns;toa_B_ns;altitude_m;{notes}\n0,5;100,25;2000,0;9000,5;a;b;c;d\n")
+    assert report.rows_accepted == 1
+
+
 def test_in_file_truth_local(read):
     recording, _ = read("time_s,toa_A_ns,true_east_m,true_north_m,true_up_m\n1,5,1,2,3\n2,6,,,\n")
     assert recording.has_truth
