@@ -116,7 +116,7 @@ async def create_recording(
             )
     response.status_code = 201 if uploaded.is_new else 200
     response.headers["Location"] = f"/api/v1/recordings/{uploaded.recording.id}"
-    return await run_in_threadpool(_shown, services, uploaded.recording.id)
+    return await run_in_threadpool(shown_recording, services, uploaded.recording.id)
 
 
 @router.get("", name="list_recordings", responses=problems())
@@ -140,14 +140,15 @@ def list_recordings(
 @router.get("/{recording_id}", name="get_recording", response_model=RecordingOut, responses=problems(404))
 def get_recording(recording_id: str, request: Request, services: ServicesDep) -> Response:
     """Show what was read and what was not."""
-    content_bytes = _shown(services, recording_id).model_dump_json().encode()
+    content_bytes = shown_recording(services, recording_id).model_dump_json().encode()
     etag = etag_of(content_bytes)
     if matches(request, etag):
         return not_modified(etag)
     return Response(content_bytes, media_type="application/json", headers={"ETag": etag})
 
 
-def _shown(services: Services, recording_id: str) -> RecordingOut:
+def shown_recording(services: Services, recording_id: str) -> RecordingOut:
+    """Return a stored recording with its first rejected rows."""
     with services.database.read() as connection:
         recording = stored.get_recording(connection, recording_id)
         first = stored.list_rejections(connection, recording_id, limit=REJECTIONS_SHOWN)

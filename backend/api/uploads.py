@@ -11,13 +11,14 @@ from typing import Any, Literal
 
 from pydantic import TypeAdapter, ValidationError
 
+from algorithms.recording import Recording as SimulatedRecording
 from backend.api.recording_schemas import ReadAgain
 from backend.api.services import Services
 from backend.db import recordings
 from backend.db.recordings import Recording, StoredFile
 from backend.errors import NotFoundError, StateError
 from backend.files.options import ReadOptions
-from backend.http.multipart import Part, Parts
+from backend.http.multipart import Part, Parts, received
 from backend.http.problems import ProblemError, ProblemItem, items_of, summary_of
 from backend.jobs.collection import collect
 
@@ -90,6 +91,22 @@ def again(services: Services, request: ReadAgain) -> Uploaded:
                 files.append(_put_text(services, role, text))  # type: ignore[arg-type]  # one of the two literals
         found = _find_or_create(services, files, options_again(request, source), default_name=source.name)
     return _read(services, found)
+
+
+def from_simulation(services: Services, recording: SimulatedRecording, name: str) -> Uploaded:
+    """Make a recording of a simulated one: its native file and its site go the way of every upload."""
+    from backend.files.native_csv_writer import write_native_csv
+
+    assert recording.site is not None
+    with received() as parts:
+        data, site = services.store.temporary(), services.store.temporary()
+        parts.items += [Part("file", "simulated.csv", data), Part("site", "site.json", site)]
+        with data.open("w", encoding="utf-8", newline="") as out:
+            write_native_csv(recording, out)
+        site.write_text(json.dumps(recording.site.to_json(), sort_keys=True), encoding="utf-8")
+        for part in parts.items:
+            part.size = part.path.stat().st_size
+        return _store_and_read(services, parts.items, ReadOptions(name=name))
 
 
 def source_of(services: Services, request: ReadAgain) -> Recording:

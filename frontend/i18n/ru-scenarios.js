@@ -140,6 +140,8 @@ export const words = {
 
 /** The sentences of errors. @type {Record<string, string>} */
 export const sentences = {
+  "There is no scenario {1}.": "Сценария {1} нет.",
+  "There is no scenario {1}; there are {2}.": "Сценария {1} нет; есть {2}.",
   "no target sends a mark": "ни одна цель не даёт отметок",
   "look at gaps, duration and, with interrogators, at the reply probability": "проверьте перерывы, длительность и, с запросчиками, вероятность ответа",
   "the largest delay, {1} ns, is less than the least one, {2} ns": "наибольшее запаздывание, {1} нс, меньше наименьшего, {2} нс",

@@ -129,3 +129,13 @@ def test_every_text_has_russian_words(scenario: Scenario, repository: Path) -> N
             said += [field["title"], field["description"], *field.get("choices", {}).values()]
             assert f'"group.{field["group"]}": ' in texts, field["title"]
     assert {text for text in (" ".join(t.split()) for t in said) if f"\n  {json.dumps(text)}: " not in texts} == set()
+
+
+@each_scenario
+def test_it_and_every_field_is_documented(scenario: Scenario, repository: Path) -> None:
+    page = (repository / "docs" / "scenarios.md").read_text("utf-8")
+    assert f"\n| `{scenario.name}` | " in page
+    schema = scenario.parameters.schema_for_forms()
+    assert [name for name in schema["properties"] if f"\n| `{name}` | " not in page] == []
+    nested = {name for model in schema["$defs"].values() for name in model["properties"]}
+    assert {name for name in nested if f"`{name}`" not in page} == set()
