@@ -80,17 +80,36 @@ def errors(recording: Recording) -> Table:
     )
 
 
-def entry(label: str, index: int, tables: Mapping[str, Table]) -> Entry:
-    return Entry(label, index, "rdf", lambda name: tables.get(name, Table({})), dict)
+def arrays(recording: ToaMarks) -> dict[str, Any]:
+    """Residuals of 1, 2, 3 and 4 m of the four stations, where a mark was received."""
+    received = np.isfinite(recording.toa_s)
+    residual = np.broadcast_to(np.arange(1.0, 5.0)[:, None], received.shape)
+    return {"row": recording.row, "used": received, "residual_m": residual}
+
+
+def receivers(suspect: tuple[float, float, float, float] = (0.0, 1.0, np.nan, 0.0)) -> Table:
+    """The station `east` is late, `north` is not judged."""
+    return Table(
+        {
+            "station": [name for name, _, _ in STATIONS],
+            "suspect": np.array(suspect),
+            "reason": [None, "late by 1000 ns (300 m)", "too few to tell", None],
+        }
+    )
+
+
+def entry(label: str, index: int, tables: Mapping[str, Table], recording: Recording | None = None) -> Entry:
+    held = arrays(recording) if isinstance(recording, ToaMarks) else {}
+    return Entry(label, index, "rdf", lambda name: tables.get(name, Table({})), lambda: held)
 
 
 def run(recording: Recording, *tables: Mapping[str, Table], labels: tuple[str, ...] = ("a", "b", "c")) -> RunView:
     """A run with one entry for each set of tables."""
-    return RunView(recording, tuple(entry(labels[i], i, t) for i, t in enumerate(tables)))
+    return RunView(recording, tuple(entry(labels[i], i, t, recording) for i, t in enumerate(tables)))
 
 
 def complete_run(recording: ToaMarks, **more: Any) -> RunView:
-    tables = {"states": states(recording, **more), "errors": errors(recording)}
+    tables = {"states": states(recording, **more), "errors": errors(recording), "receivers": receivers()}
     return run(recording, tables)
 
 

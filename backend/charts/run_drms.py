@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from backend.charts import theme
+from backend.charts.actual import actual_errors
 from backend.charts.bins import TimeBins, time_bins
-from backend.charts.columns import Floats, Ints, numbers, row_numbers
+from backend.charts.columns import Floats
 from backend.charts.decimate import Picked, curve, thin
 from backend.charts.estimates import Estimates, estimates_of
 from backend.charts.figure import (
@@ -46,7 +47,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     in_bins = any(
         np.count_nonzero(np.isfinite(states.numbers("drms_m")) & states.starts) > CURVES for _, states in found
     )
-    actual = {entry.label: _actual(entry, states) for entry, states in found}
+    actual = {entry.label: actual_errors(entry, states) for entry, states in found}
     for entry, states in found:
         _add_actual(entry, states, actual[entry.label], in_bins, options, traces, picked, notes)
     for entry, states in found:
@@ -69,25 +70,6 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         xaxis=time_axis(view.recording),
         yaxis=log_axis("Horizontal error, m", traces),
     )
-
-
-def _actual(entry: Entry, states: Estimates) -> Floats:
-    """Actual horizontal error of each estimate, joined by row number and trial; NaN where unknown."""
-    table = entry.table("errors")
-    out = np.full(states.time_s.size, np.nan)
-    if len(table) == 0:
-        return out
-    have = _keys(row_numbers(table), numbers(table, "trial"))
-    order = np.argsort(have)
-    want = _keys(states.row, states.numbers("trial"))
-    at = np.searchsorted(have[order], want).clip(max=have.size - 1)
-    matched = (have[order][at] == want) & (states.row >= 0)
-    out[matched] = numbers(table, "error_horizontal_m")[order][at[matched]]
-    return out
-
-
-def _keys(row: Ints, trial: Floats) -> Ints:
-    return np.nan_to_num(trial, nan=0.0).astype(np.int64) * 2**40 + row
 
 
 def _add_claim(

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from algorithms.recording import Recording
+from algorithms.recording import Recording, TruthTracks
 from algorithms.result import Table
 from backend.charts.view import Entry, RecordingView, RunView
 
@@ -16,9 +16,22 @@ AnyRecording = TypeVar("AnyRecording", bound=Recording)
 
 def recording_of(recording: AnyRecording, target: str) -> AnyRecording:
     """Return the recording with the rows of this target alone; with none where it has no such target."""
-    if target not in recording.targets:
-        return recording.take(np.empty(0, np.int64))
-    return recording.take(recording.rows_of(recording.targets.index(target)))
+    known = target in recording.targets
+    rows = recording.rows_of(recording.targets.index(target)) if known else np.empty(0, np.int64)
+    return replace(recording.take(rows), truth_tracks=_track_of(recording.truth_tracks, target))
+
+
+def _track_of(tracks: TruthTracks | None, target: str) -> TruthTracks | None:
+    if tracks is None or target not in tracks.targets:
+        return None
+    points = tracks.points_of(tracks.targets.index(target))
+    return TruthTracks.of(
+        tracks.time_s[points],
+        tracks.target[points],
+        tracks.position_m[points],
+        tracks.velocity_mps[points],
+        tracks.targets,
+    )
 
 
 def table_of(table: Table, target: str) -> Table:

@@ -177,13 +177,23 @@ export function describePoints(points, layout, time = null) {
   };
   const said = new Set();
   const values = points.filter((point) => point.z !== null).map((point) => ({
-    name: point.trace.name ?? "", value: isOverTime({ data: [], layout }) ? valueOf(point, upOf(point.trace).unit) : placeOf(point, layout), colour: colourOf(point.trace),
+    name: point.trace.name ?? "", value: typeof point.x === "string" ? categoryOf(point, upOf(point.trace).unit) : isOverTime({ data: [], layout }) ? valueOf(point, upOf(point.trace).unit) : placeOf(point, layout), colour: colourOf(point.trace),
   })).filter((part) => {
     const key = `${part.name} ${part.value}`;
     return !said.has(key) && said.add(key);
   });
   if (time === null) return values;
   return [{ name: t("chart.time"), value: `${formatNumber(time, 5)} ${t("unit.s")}`, colour: null }, ...instantOf(time, layout.meta?.start_utc), ...values];
+}
+
+/**
+ * The value of a point that stands for a thing with a name: of a station.
+ * @param {{x: any, y: any, text?: any}} point
+ * @param {string} unit
+ */
+function categoryOf(point, unit) {
+  const words = typeof point.text === "string" ? ` (${said(point.text)})` : "";
+  return `${point.x}: ${formatQuantity(Number(point.y), unit)}${words}`;
 }
 
 /**

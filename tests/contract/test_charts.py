@@ -48,7 +48,10 @@ RECORDINGS: dict[str, Callable[[], Recording]] = {
 }
 
 VIEWS: dict[str, Callable[[Recording], RunView]] = {
-    "complete": lambda r: chart_views.run(r, *[{"states": chart_views.states(r), "errors": chart_views.errors(r)}] * 3),
+    "complete": lambda r: chart_views.run(
+        r,
+        *[{"states": chart_views.states(r), "errors": chart_views.errors(r), "receivers": chart_views.receivers()}] * 3,
+    ),
     "long label": lambda r: chart_views.run(r, {"states": chart_views.states(r)}, labels=(LONG_LABEL,)),
     "all NaN": _all_nan,
     "no tables": lambda r: chart_views.run(r, {}),
