@@ -179,7 +179,7 @@ class PolarPlots(Recording):
     radar : (M,) int, index into `radars`
     radar_east_m, radar_north_m : (M,) float, position of a moving radar, NaN = the site's
     scan : (M,) int, -1 = none
-    address, callsign : (M,) int, index into `addresses`, `callsigns`, -1 = none
+    address, callsign, mode_3a : (M,) int, index into `addresses`, `callsigns`, `modes_3a`, -1 = none
     """
 
     kind: ClassVar[Kind] = "polar_plots"
@@ -199,6 +199,13 @@ class PolarPlots(Recording):
     radars: tuple[str, ...] = ("",)
     addresses: tuple[str, ...] = ()
     callsigns: tuple[str, ...] = ()
+    mode_3a: Ints = field(default_factory=lambda: np.empty(0, np.int64))
+    modes_3a: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.mode_3a.shape[0] != self.time_s.shape[0]:
+            object.__setattr__(self, "mode_3a", np.full(self.time_s.shape[0], -1, np.int64))
 
 
 @dataclass(frozen=True, kw_only=True)

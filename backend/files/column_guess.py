@@ -34,6 +34,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
     "radar": ("radar", "sensor", "site", "sic"),
     "address": ("address", "icao", "icao24", "modes", "modesaddress", "hex"),
     "callsign": ("callsign", "ident", "flight"),
+    "mode_3a": ("mode3a", "squawk", "ssr"),
     "target": ("target", "aircraft", "track", "trackid", "targetid", "icao", "icao24", "id"),
     "emitter_type": ("emittertype", "emitter"),
     "true_latitude_deg": ("truelatitude", "truelat", "latitude", "lat", "gpslat", "gnsslat"),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from algorithms.errors import InputError
 from algorithms.recording import DopplerPairs, Floats, Recording, ToaMarks
+from backend.files.companions import joined_marks, joined_sites, joined_truth
 from backend.files.reader import Part
 from backend.files.report import Findings
 
@@ -22,6 +23,7 @@ _NAMED = {
     "radar": "radars",
     "address": "addresses",
     "callsign": "callsigns",
+    "mode_3a": "modes_3a",
 }
 
 
@@ -78,7 +80,8 @@ def merge_parts(files: Sequence[FilePart], findings: Findings) -> Part:
         part, recording = file.part, file.part.recording
         shift = 0 if epoch_s is None or part.epoch_s is None else part.epoch_s - epoch_s
         moved = replace(recording, row=recording.row + offset, time_s=recording.time_s + shift)
-        numbered.append(replace(part, recording=moved))
+        marks = joined_marks([(part.marks, shift)])
+        numbered.append(replace(part, recording=moved, marks=marks, truth=joined_truth([part.truth], epoch_s)))
         findings.absorb(file.findings, offset)
         offset += part.rows_in_file
     if len(numbered) == 1:
@@ -91,6 +94,9 @@ def merge_parts(files: Sequence[FilePart], findings: Findings) -> Part:
         truth_geodetic=_join_geodetic(numbered),
         station_columns={k: v for p in numbered for k, v in p.station_columns.items()},
         site_defaults={k: v for p in numbered for k, v in p.site_defaults.items()},
+        site=joined_sites([p.site for p in numbered]),
+        truth=joined_truth([p.truth for p in numbered], epoch_s),
+        marks=joined_marks([(p.marks, 0.0) for p in numbered]),
     )
 
 

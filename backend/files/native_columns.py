@@ -51,6 +51,7 @@ NAMES: dict[Kind, tuple[NameColumn, ...]] = {
         NameColumn("radar", unnamed=True),
         NameColumn("address"),
         NameColumn("callsign"),
+        NameColumn("mode_3a"),
     ),
     "antenna_plots": (NameColumn("target", unnamed=True),),
     "doppler_pairs": (NameColumn("target", unnamed=True),),

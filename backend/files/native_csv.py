@@ -176,6 +176,8 @@ class _Builder:
             addresses=columns.names.get("address", ()),
             callsign=columns.code("callsign", -1),
             callsigns=columns.names.get("callsign", ()),
+            mode_3a=columns.code("mode_3a", -1),
+            modes_3a=columns.names.get("mode_3a", ()),
         )
 
     def _antenna_plots(self, columns: Columns, common: dict[str, object]) -> Recording:

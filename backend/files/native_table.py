@@ -82,6 +82,7 @@ def _polar(plots: PolarPlots, trial: int) -> Iterator[NativeColumn]:
     yield from _present("radar_north_m", plots.radar_north_m)
     yield from _names("address", plots.address, plots.addresses)
     yield from _names("callsign", plots.callsign, plots.callsigns)
+    yield from _names("mode_3a", plots.mode_3a, plots.modes_3a)
 
 
 def _present(name: str, values: Floats) -> Iterator[NativeColumn]:

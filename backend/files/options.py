@@ -73,7 +73,11 @@ class ReadOptions(_Model):
     truth_shift_s: Annotated[float, Field(ge=-86_400, le=86_400)] = 0.0
     """Seconds added to the times of the truth file, whose clock is slow by so much."""
     edition: Annotated[str, Field(max_length=40)] | None = None
-    """Edition of a binary format's specification."""
+    """Edition of a binary format's specification: "1.30", or by ASTERIX category "48:1.30 34:1.27"."""
+    scan_cut: Literal["marks", "azimuth", "period"] | None = None
+    """How plots are parted into scans: by marks of the antenna in the file, by azimuth, or in equal slices of time."""
+    scan_period_s: Annotated[float, Field(gt=0, le=3600)] | None = None
+    """Seconds of one turn of the antenna."""
     order: Literal["sort", "reject"] = "sort"
     """What happens to rows that are earlier than one before them."""
 

@@ -21,11 +21,14 @@ from functools import cache, cached_property
 import backend.files
 from algorithms.errors import UnsupportedFormatError
 from algorithms.recording import Floats, Kind, Recording
+from algorithms.site import Origin, Site
 from backend.files.containers import open_rows
 from backend.files.content import Content
 from backend.files.options import ReadLimits, ReadOptions
 from backend.files.report import Findings
 from backend.files.rows import Rows
+from backend.files.truth_file import TruthPoints
+from backend.files.turns import TurnMarks
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,8 @@ class Source:
     options: ReadOptions
     limits: ReadLimits
     findings: Findings
+    origin: Origin | None = None
+    """Zero of the local frame, where the site or the options tell it."""
 
     @cached_property
     def rows(self) -> Rows:
@@ -63,6 +68,9 @@ class Part:
     truth_geodetic : (M, 3) float, latitude and longitude in rad, height in m: truth that still needs an origin
     station_columns : station -> column that names it in the file's header; empty where stations occur in the data
     site_defaults : accuracies that the format is known for, used where the site gives none
+    site : the site that the file itself tells, used where the user gives none
+    truth : true paths that the file holds beside its measurements
+    marks : when the antennas of radars looked where; not None = the scans of the plots are to be numbered
     """
 
     recording: Recording
@@ -72,17 +80,26 @@ class Part:
     truth_geodetic: Floats | None = None
     station_columns: Mapping[str, str] = field(default_factory=dict)
     site_defaults: Mapping[str, float] = field(default_factory=dict)
+    site: Site | None = None
+    truth: TruthPoints | None = None
+    marks: TurnMarks | None = None
 
 
 @dataclass(frozen=True)
 class Reader:
-    """A format: its stable name, words for it, what it can hold, how it is recognised and read."""
+    """A format: its stable name, words for it, what it can hold, how it is recognised and read.
+
+    `options` names fields of `ReadOptions` that mean something to this format only; a page offers them. `read_truth`
+    reads a file of this format that is given as truth.
+    """
 
     name: str
     title: str
     kinds: tuple[Kind, ...]
     detect: Callable[[Source], bool]
     read: Callable[[Source], Part]
+    options: tuple[str, ...] = ()
+    read_truth: Callable[[Source], TruthPoints] | None = None
 
 
 @cache

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from algorithms.errors import InputError, UnsupportedFormatError
-from algorithms.recording import Recording, ToaMarks
-from algorithms.site import Origin
+from algorithms.recording import Kind, PolarPlots, Recording, ToaMarks
+from algorithms.site import Origin, Site
 from backend.files.content import NamedFile, inspect
 from backend.files.merging import (
     FilePart,
@@ -33,7 +33,8 @@ from backend.files.report import Findings, ReadReport, ReadWarning, Rejection, s
 from backend.files.site_source import read_site
 from backend.files.stations import fit_site
 from backend.files.times import utc_seconds, utc_text
-from backend.files.truth_file import attach_truth, in_local_frame, read_truth_file
+from backend.files.truth_file import TruthPoints, attach_truth, in_local_frame, read_truth_file
+from backend.files.turns import with_turns
 
 __all__ = [
     "ColumnSource",
@@ -68,9 +69,10 @@ def read_recording(
         raise InputError("There is no file.", pointer="/file", remedy="Upload one.", code="no_file")
     findings = Findings()
     site_source = None if site is None else read_site(site, findings)
-    if options.edition is not None:
+    origin = options.origin or (site_source.frame_origin() if isinstance(site_source, Site) else None)
+    read = [_read_one(file, options, limits, origin) for file in with_members(files, limits)]
+    if options.edition is not None and not any("edition" in readers_by_name()[name].options for name, _ in read):
         findings.warn("option_ignored", "The option edition was not used: it belongs to binary formats.")
-    read = [_read_one(file, options, limits) for file in with_members(files, limits)]
     parts = [file for _, file in read]
     row_files = RowFiles.of(parts)
     part = sort_by_time(merge_parts(parts, findings))
@@ -79,7 +81,8 @@ def read_recording(
     part = without_empty_marks(part, row_files, findings)
     part = without_duplicates(part, row_files, findings)
     _refuse_nothing(part, findings, options)
-    recording = _with_truth(part, truth, options, limits, findings)
+    recording = _with_scans(part, options, findings)
+    recording = _with_truth(replace(part, recording=recording), truth, options, limits, findings)
     recording = _with_start(recording, part.epoch_s, options.start_utc)
     look_at_times(recording, findings)
     look_at_altitudes(recording, findings)
@@ -97,9 +100,9 @@ def read_recording(
     )
 
 
-def _read_one(file: NamedFile, options: ReadOptions, limits: ReadLimits) -> tuple[str, FilePart]:
+def _read_one(file: NamedFile, options: ReadOptions, limits: ReadLimits, origin: Origin | None) -> tuple[str, FilePart]:
     findings = Findings(file.label)
-    source = Source(inspect(file, limits, findings), options, limits, findings)
+    source = Source(inspect(file, limits, findings), options, limits, findings, origin)
     reader = _reader_for(source)
     if options.kind is not None and options.kind not in reader.kinds:
         raise InputError(
@@ -161,6 +164,17 @@ def _refuse_nothing(part: Part, findings: Findings, options: ReadOptions) -> Non
     )
 
 
+def _with_scans(part: Part, options: ReadOptions, findings: Findings) -> Recording:
+    """Number the scans of plots where the format asks for it or the user does."""
+    plots = part.recording
+    if isinstance(plots, PolarPlots):
+        if part.marks is not None or options.scan_cut is not None:
+            return with_turns(plots, options.scan_cut, options.scan_period_s, part.marks, findings)
+    elif options.scan_cut is not None:
+        findings.warn("option_ignored", "The option scan_cut was not used: it belongs to plots of radars.")
+    return plots
+
+
 def _with_truth(
     part: Part, truth: NamedFile | None, options: ReadOptions, limits: ReadLimits, findings: Findings
 ) -> Recording:
@@ -170,9 +184,33 @@ def _with_truth(
     local = in_local_frame(recording.truth_m, part.truth_geodetic, origin, findings)
     recording = replace(recording, truth_m=local)
     if truth is None:
-        return recording
-    points = read_truth_file(truth, options, limits, recording.kind, findings)
+        if part.truth is None:
+            return recording
+        return attach_truth(recording, part.epoch_s, part.truth, origin, options.truth_shift_s, findings)
+    points = _read_truth(truth, options, limits, recording.kind, findings)
     return attach_truth(recording, part.epoch_s, points, origin, options.truth_shift_s, findings)
+
+
+def _read_truth(
+    file: NamedFile, options: ReadOptions, limits: ReadLimits, kind: Kind, findings: Findings
+) -> TruthPoints:
+    """Read a file of true positions: of a format that holds some, or a table."""
+    own = Findings(file.label)
+    members = with_members([file], limits, pointer="/truth")
+    source = Source(inspect(members[0], limits, own, pointer="/truth"), options, limits, own)
+    for reader in readers_by_name().values():
+        if reader.read_truth is not None and len(members) == 1 and reader.detect(source):
+            points = reader.read_truth(source)
+            if own.rejections:
+                findings.warn(
+                    "truth_rows_unusable",
+                    f"Rows of the truth file that cannot be read: "
+                    f"{some(f'row {r.row}, {r.detail}' for r in own.rejections)}.",
+                    len(own.rejections),
+                )
+            findings.warnings += own.warnings
+            return points
+    return read_truth_file(file, options, limits, kind, findings)
 
 
 def _with_start(recording: Recording, epoch_s: int | None, start_utc: str | None) -> Recording:

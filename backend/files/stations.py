@@ -26,6 +26,10 @@ def fit_site(part: Part, source: SiteSource | None, origin: Origin | None, findi
     Raises InputError where the names or the origins contradict each other.
     """
     recording = part.recording
+    if source is None and part.site is not None:
+        source = part.site
+        names = [r.name for r in source.radars]
+        findings.warn("site_from_file", f"No site was given; the file itself places {some(names)}.", len(names))
     if source is None:
         return part
     if isinstance(source, SensorTable):

@@ -13,7 +13,7 @@ import numpy as np
 import pymap3d
 
 from algorithms.errors import InputError
-from algorithms.recording import Floats, Ints, Kind, Recording, TruthTracks
+from algorithms.recording import Floats, Ints, Kind, PolarPlots, Recording, TruthTracks
 from algorithms.site import Origin
 from backend.files.columns import Mask, read_timed_columns
 from backend.files.containers import open_rows
@@ -164,7 +164,8 @@ def attach_truth(
         )
     whole = TruthTracks.of(time_s, points.target, local, points.truth_velocity_mps, points.targets)
     recording = replace(recording, truth_tracks=whole)
-    partner = _target_partners(recording, points, findings)
+    named = _identified(recording, points)
+    partner = _target_partners(named, points, findings)
     chosen = np.unique(points.target).tolist() if partner is None else list(partner.values())
     tracks = [_track(points, time_s, local, target) for target in chosen]
     if partner is None:
@@ -172,7 +173,7 @@ def attach_truth(
         return recording
     track_of = np.full(len(recording), -1, np.int64)
     for i, target in enumerate(partner):
-        track_of[recording.target == target] = i
+        track_of[named.target == target] = i
     paths = Paths(tracks, track_of)
     found = paths.at(np.arange(len(recording)), recording.time_s)
     known = np.asarray(np.isfinite(found.position_m).all(axis=1))
@@ -240,9 +241,19 @@ def _report_shift(recording: Recording, paths: Paths, applied_s: float, findings
     )
 
 
+def _identified(recording: Recording, points: TruthPoints) -> Recording:
+    """Return the recording with targets by address where it names none and the truth knows addresses."""
+    if not isinstance(recording, PolarPlots) or set(recording.targets) != {""}:
+        return recording
+    if not set(recording.addresses) & set(points.targets):
+        return recording
+    return replace(recording, target=recording.address, targets=recording.addresses)
+
+
 def _target_partners(recording: Recording, points: TruthPoints, findings: Findings) -> Mapping[int, int] | None:
     """Target of the recording -> target of the truth; None where nothing tells them apart."""
-    present = np.unique(recording.target).tolist()
+    # A plot without an address has no target.
+    present = np.unique(recording.target[recording.target >= 0]).tolist()
     names = {i: recording.targets[i] for i in present}
     point_targets = np.unique(points.target).tolist()
     if list(names.values()) == [""]:

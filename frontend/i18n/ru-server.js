@@ -3,6 +3,7 @@
 // A contract test holds these lists against the server's own.
 
 import answers from "./ru-answers.js";
+import asterix from "./ru-asterix.js";
 import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
 
@@ -22,6 +23,8 @@ export const codes = {
   "rejection.empty_row": "нет измерений",
   "rejection.line_too_long": "слишком длинная строка",
   "rejection.missing_value": "нет обязательного значения",
+  "rejection.no_data_block": "не блок данных",
+  "rejection.undecodable_record": "запись не читается",
   "rejection.not_a_date": "время не в ISO 8601",
   "rejection.not_a_number": "не число",
   "rejection.not_finite": "не конечное число",
@@ -32,6 +35,27 @@ export const codes = {
   "rejection.unclosed_quote": "кавычка не закрыта",
   "rejection.wrong_cell_count": "не то число ячеек",
   "warning.altitude_unit_suspect": "Высоты похожи на футы",
+  "warning.blocks_repeated": "Блоки данных повторяются",
+  "warning.capture_clock_differs": "Часы записи обмена расходятся с РЛС",
+  "warning.capture_cut": "Запись обмена обрывается",
+  "warning.categories_unread": "Категории, которые не читаются",
+  "warning.clocks_differ": "Часы источников расходятся",
+  "warning.codes_unsure": "Сомнительные коды оставлены пустыми",
+  "warning.edition_misfit": "Другая редакция подходит лучше",
+  "warning.editions_used": "Редакции ASTERIX",
+  "warning.flight_level": "Высота – эшелон",
+  "warning.fragments_missing": "Не хватает фрагментов датаграмм",
+  "warning.midnight_crossed": "Запись через полночь",
+  "warning.origin_chosen": "Начало координат выбрано",
+  "warning.other_traffic": "Пакеты без ASTERIX",
+  "warning.reference_plane": "Опорная точка системы неизвестна",
+  "warning.scans_cut": "Обзоры пронумерованы",
+  "warning.scans_unknown": "Обзоры не определены",
+  "warning.site_from_file": "Места РЛС взяты из файла",
+  "warning.test_targets": "Имитированные и контрольные цели",
+  "warning.time_jumps": "Скачки времени",
+  "warning.time_of_receipt": "Время приёма вместо собственного",
+  "warning.time_truncated": "Усечённое время не дополнено",
   "warning.clock_far_off": "Приёмы с далеко ушедшими часами не взяты",
   "warning.columns_nested": "Вложенные столбцы не читаются",
   "warning.variables_left_out": "Переменные, не вошедшие в таблицу",
@@ -338,7 +362,7 @@ export const words = {
 };
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
-export const sentences = { ...answers, ...reading, ...scenarios.sentences };
+export const sentences = { ...answers, ...asterix, ...reading, ...scenarios.sentences };
 
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */

@@ -22,7 +22,7 @@ from backend.files.units import UNITS
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
 # The store and its lock read no formats.
-SOURCES = [p for p in sorted((ROOT / "backend" / "files").glob("*.py")) if p.name not in ("store.py", "lock.py")]
+SOURCES = [p for p in sorted((ROOT / "backend" / "files").rglob("*.py")) if p.name not in ("store.py", "lock.py")]
 # Which argument of a call is the code.
 POSITIONS = {"warn": 0, "Problem": 0, "reject": 1}
 
