@@ -228,7 +228,7 @@ export interface Run {
   finished_at: string | null;
   error: ProblemBody | null;
   summary: Summary | null;
-  /** What the algorithms cite; null in lists. */
+  /** What the algorithms cite. This, settings, notes and seconds are not in lists. */
   references?: Reference[] | null;
   software?: Record<string, unknown>;
   /** By label: every parameter as it was used. */

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
+from pydantic_core import to_json
 
 from backend.api.algorithms import references_of
 from backend.api.responses import content, problems
 from backend.api.run_request import checked
-from backend.api.run_schemas import RunIn, RunOut, RunPage, RunPatch, RunQuery, TagItem, TagList
+from backend.api.run_schemas import RunIn, RunOut, RunPage, RunPatch, RunQuery, TagItem, TagList, item_of
 from backend.api.services import Services, ServicesDep
 from backend.db import events, idempotency
 from backend.db import runs as stored
@@ -84,10 +85,10 @@ def _accepted(services: Services, response: Response, run: stored.Run) -> RunOut
     return _shown(services, run.id)
 
 
-@router.get("", name="list_runs", responses=problems())
+@router.get("", name="list_runs", response_model=RunPage, responses=problems())
 def list_runs(
     request: Request, response: Response, services: ServicesDep, query: Annotated[RunQuery, Query()]
-) -> RunPage:
+) -> Response:
     """List runs, newest first."""
     with services.database.read() as connection:
         rows = stored.list_runs(
@@ -99,8 +100,9 @@ def list_runs(
         )
     rows, cursor = cut(query, rows, request, response)
     at = now()
-    items = [RunOut.of(r, at=at, size_bytes=_size(services, r)) for r in rows]
-    return RunPage(items=items, next_cursor=cursor)
+    items = [item_of(r, at=at, size_bytes=_size(services, r)) for r in rows]
+    content = to_json({"items": items, "next_cursor": cursor})
+    return Response(content, media_type="application/json", headers=dict(response.headers))
 
 
 @tags_router.get("", name="list_tags", responses=problems())

@@ -131,6 +131,9 @@ runs = Table(
     Column("search_text", Text, nullable=False),
     Index(None, "created_at", "id"),
     Index(None, "state", "created_at", "id"),
+    # SQLite keeps a row in one piece: a search through the text would read every summary with it. PostgreSQL does not,
+    # and refuses so long a key.
+    Index(None, "created_at", "id", "search_text").ddl_if(dialect="sqlite"),
 )
 
 run_recordings = Table(

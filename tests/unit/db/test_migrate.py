@@ -45,11 +45,32 @@ def test_runs_of_an_older_database_are_found_by_the_name_of_their_recording(data
             connection, algorithms=[runs.Entry("rdf", "rdf", {})], source={"name": "Облёт.csv"}, label="first"
         )
         connection.exec_driver_sql("UPDATE runs SET search_text = 'first\nrdf'")
-        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0001'")
+    migrate.downgrade(database, "0001")
     migrate.upgrade(database)
     with database.read() as connection:
         for text in ("облёт", "first", "rdf"):
             assert [r.id for r in runs.list_runs(connection, runs.RunFilter(text=text))] == [run.id]
+
+
+def test_a_search_through_the_text_reads_no_whole_rows(database: Database) -> None:
+    """Revision 0003 makes the index, also in a database that lacks it."""
+    index = "ix_runs_created_at_id_search_text"
+
+    def indexes() -> set[str]:
+        with database.read() as connection:
+            return {str(i["name"]) for i in inspect(connection).get_indexes("runs")}
+
+    migrate.downgrade(database, "0002")
+    assert index not in indexes()
+    migrate.upgrade(database)
+    assert index in indexes()
+    order = "ORDER BY created_at DESC, id DESC LIMIT 51"
+    with database.read() as connection:
+        plan = connection.exec_driver_sql(
+            f"EXPLAIN QUERY PLAN SELECT summary FROM runs WHERE search_text LIKE '%x%' {order}"
+        ).all()
+    assert index in str(plan)
+    assert "TEMP B-TREE" not in str(plan), "the index gives the order too"
 
 
 def test_a_newer_database_is_refused_with_a_remedy(database: Database) -> None:
