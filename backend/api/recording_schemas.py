@@ -35,7 +35,11 @@ class RawUploadQuery(BaseModel):
     start_utc: Annotated[str, Field(max_length=40)] | None = None
     """The instant from which `time_s` counts."""
     edition: Annotated[str, Field(max_length=40)] | None = None
-    """Edition of a binary format's specification."""
+    """Edition of a binary format's specification: "1.30", or by ASTERIX category "48:1.30 34:1.27"."""
+    scan_cut: Literal["marks", "azimuth", "period"] | None = None
+    """How plots are parted into scans."""
+    scan_period_s: Annotated[float, Field(gt=0, le=3600)] | None = None
+    """Seconds of one turn of the antenna."""
     order: Literal["sort", "reject"] | None = None
     """What happens to rows that are earlier than one before them."""
 
