@@ -4,29 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from io import StringIO
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from algorithms.recording import Recording, recording_from_arrays
 from algorithms.result import Table
 from backend.api import uploads
 from backend.api.algorithms import catalogue
+from backend.api.measurements import Measurements, of_recording, of_run
 from backend.api.responses import Responses, content, problems
 from backend.api.services import Services, ServicesDep
-from backend.api.tables import finished
+from backend.api.tables import answering
 from backend.api.targets import TargetName, check_target
 from backend.charts.view import Chart as DeclaredChart
-from backend.charts.view import ChartOptions, Entry, RecordingView, RunView
+from backend.charts.view import ChartOptions, Entry, RecordingView, RunView, rows_of_label
 from backend.db import runs as stored
-from backend.db.recordings import Recording as StoredRecording
 from backend.errors import NotFoundError
 from backend.files.table_writer import write_table_csv
 from backend.http.etag import etag_of, matches, not_modified
 from backend.version import program_version
 
+if TYPE_CHECKING:
+    from backend.jobs.partial_results import PartialRun
+
 router = APIRouter(tags=["charts"])
+
+# Charts of statistics over trials; what the algorithms declare then shows the first trial as an example.
+TRIAL_CHARTS = ("trials_error", "trials_consistency", "trials_lost", "trials_sweep")
 
 Form = Literal["json", "csv", "html"]
 
@@ -76,8 +81,8 @@ _PAGE: Responses = content("text/html", "A page that stands alone, offline")
 @router.get("/runs/{run_id}/charts", name="list_run_charts", responses=problems(404, 409))
 def list_run_charts(run_id: str, services: ServicesDep) -> ChartList:
     """List the charts of a run."""
-    run = finished(services, run_id)
-    return ChartList(items=[ChartItem(name=c.name, title=c.title) for c in charts_of_run(run)])
+    run, partial = answering(services, run_id)
+    return ChartList(items=[ChartItem(name=c.name, title=c.title) for c in charts_of_run(run, partial is not None)])
 
 
 @router.get(
@@ -165,8 +170,11 @@ def get_recording_chart_page(
     return _of_recording(services, request, recording_id, chart, "html", query)
 
 
-def charts_of_run(run: stored.Run) -> list[DeclaredChart]:
-    """Return the charts that the run's algorithms declare, in the order in which the first declares them."""
+def charts_of_run(run: stored.Run, trials_only: bool = False) -> list[DeclaredChart]:
+    """Return the charts of a run: of its trials, then those its algorithms declare, in the order of the first.
+
+    While trials still run there are only theirs.
+    """
     from backend.charts.catalogue import charts
 
     found = charts("run")
@@ -176,6 +184,9 @@ def charts_of_run(run: stored.Run) -> list[DeclaredChart]:
         if (algorithm := catalogue().get(entry.name)) is not None
         for name in algorithm.charts
     )
+    if "scenario" in run.source:
+        own = [name for name in TRIAL_CHARTS if name != "trials_sweep" or run.source.get("sweep")]
+        names = dict.fromkeys((*own, *(() if trials_only else names)))
     return [found[name] for name in names if name in found]
 
 
@@ -187,17 +198,18 @@ def _recording_charts(kind: str | None) -> tuple[DeclaredChart, ...]:
 
 
 def _of_run(services: Services, request: Request, run_id: str, name: str, form: Form, query: ChartQuery) -> Response:
-    run = finished(services, run_id)
-    chart = named(charts_of_run(run), name)
-    version = (run.id, run.result_sha256 or "", run.label if form == "html" else "")
+    run, partial = answering(services, run_id)
+    chart = named(charts_of_run(run, partial is not None), name)
+    version = (run.id, run.result_sha256 or (partial.version if partial else ""), run.label if form == "html" else "")
     file_name = f"{name}-{run_id}"
     heading = run.label or str(run.source.get("name", run_id))
 
-    recording = uploads.ready(services, str(run.source["recording_id"]))
-    check_target(services, [recording], query.target)
+    measurements = of_run(services, run, partial)
+    check_target([measurements], query.target)
 
     def draw() -> dict[str, Any]:
-        return chart.draw(selected(_run_view(services, run, recording), query.target), options_of(query))
+        view = _run_view(services, run, measurements, partial)
+        return chart.draw(selected(view, query.target), options_of(query))
 
     return drawn(request, draw, form, query, version, file_name, heading)
 
@@ -207,13 +219,14 @@ def _of_recording(
 ) -> Response:
     recording = uploads.ready(services, recording_id)
     chart = named(_recording_charts(recording.kind), name)
-    check_target(services, [recording], query.target)
+    measurements = of_recording(services, recording)
+    check_target([measurements], query.target)
     file_name = f"{name}-{recording_id}"
 
     def draw() -> dict[str, Any]:
         from backend.charts.target import recording_view_of
 
-        view = RecordingView(load_recording(services, recording))
+        view = RecordingView(measurements.load())
         return chart.draw(recording_view_of(view, query.target) if query.target else view, options_of(query))
 
     return drawn(request, draw, form, query, (recording.id, recording.data_sha256 or ""), file_name, recording.name)
@@ -243,11 +256,20 @@ def selected(view: RunView, target: str) -> RunView:
     return run_view_of(view, target) if target else view
 
 
-def _run_view(services: Services, run: stored.Run, recording: StoredRecording) -> RunView:
-    return RunView(
-        recording=load_recording(services, recording),
-        entries=tuple(chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms)),
-    )
+def _run_view(services: Services, run: stored.Run, measurements: Measurements, partial: PartialRun | None) -> RunView:
+    entries = (chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms))
+    if partial is not None:
+        entries = (_partial_entry(partial, e.label, i, e.name) for i, e in enumerate(run.algorithms))
+    legs = tuple((name, start, stop) for name, start, stop in run.source.get("legs", ()))
+    return RunView(recording=measurements.load(), entries=tuple(entries), legs=legs)
+
+
+def _partial_entry(partial: PartialRun, label: str, index: int, algorithm: str) -> Entry:
+    def table(name: str) -> Table:
+        found = partial.table(name)
+        return Table({}) if found is None else rows_of_label(found, label)
+
+    return Entry(label, index, algorithm, table, dict)
 
 
 def chart_entry(services: Services, run: stored.Run, declared: stored.Entry, *, index: int, label: str) -> Entry:
@@ -268,12 +290,6 @@ def chart_entry(services: Services, run: stored.Run, declared: stored.Entry, *, 
         table=table,
         arrays=lambda: load_entry_arrays(services.store, run, declared.label),
     )
-
-
-def load_recording(services: Services, recording: StoredRecording) -> Recording:
-    """Load what was read of a recording."""
-    assert recording.data_sha256 is not None
-    return recording_from_arrays(services.store.get_arrays(recording.data_sha256))
 
 
 def drawn(

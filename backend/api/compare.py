@@ -11,15 +11,14 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from backend.api import charts as single
 from backend.api import compare_tables as tables
-from backend.api import uploads
 from backend.api.charts import ChartQuery, DrawQuery, TargetQuery
+from backend.api.measurements import Measurements, of_run
 from backend.api.responses import Responses, content, problems
 from backend.api.run_schemas import Id, SettingOut
 from backend.api.services import Services, ServicesDep
 from backend.api.targets import check_target
 from backend.charts.view import Chart, Figure, RunView
 from backend.db import runs as stored
-from backend.db.recordings import Recording
 from backend.errors import NotFoundError
 from backend.http.problems import ProblemError, ProblemItem
 
@@ -70,7 +69,8 @@ class ComparedRun(_Out):
     label: str
     tags: list[str]
     created_at: dt.datetime
-    recording_id: str
+    recording_id: str | None
+    """Null where the measurements were simulated."""
     recording_name: str
 
 
@@ -170,7 +170,7 @@ def compare_runs(services: ServicesDep, query: Annotated[TablesQuery, Query()]) 
                     "label": run.label,
                     "tags": list(run.tags),
                     "created_at": run.created_at,
-                    "recording_id": recording.id,
+                    "recording_id": recording.recording_id,
                     "recording_name": recording.name,
                 }
                 for run, title, recording in zip(runs, tables.titles_of(runs), recordings, strict=True)
@@ -231,8 +231,8 @@ def compare_chart_csv(
     return _overlaid(services, request, chart, query.run, "csv", ChartQuery(target=query.target, full=True))
 
 
-def _found(services: Services, ids: Sequence[str]) -> tuple[list[stored.Run], list[Recording]]:
-    """Return the runs and the recording of each; say of all of them at once why they cannot be compared."""
+def _found(services: Services, ids: Sequence[str]) -> tuple[list[stored.Run], list[Measurements]]:
+    """Return the runs and what each worked on; say of all of them at once why they cannot be compared."""
     runs: list[stored.Run] = []
     wrong: list[tuple[int, ProblemItem]] = []
     with services.database.read() as connection:
@@ -250,11 +250,14 @@ def _found(services: Services, ids: Sequence[str]) -> tuple[list[stored.Run], li
                 name = run.label or run.source.get("name", run_id)
                 detail = f"The run {name!r} ({run_id}) is {run.state}: it has no result to compare."
                 wrong.append((409, _item(pointer, detail, "no_result")))
+            elif run.source.get("sweep"):
+                detail = f"The run {run_id} has a sweep: its own tables compare what it varies."
+                wrong.append((409, _item(pointer, detail, "sweep_not_comparable")))
             runs.append(run)
     if wrong:
         status, first = wrong[0]
         raise ProblemError(status, first.code, first.detail, errors=[item for _, item in wrong])
-    return runs, [uploads.ready(services, str(run.source["recording_id"])) for run in runs]
+    return runs, [of_run(services, run) for run in runs]
 
 
 def _item(pointer: str, detail: str, code: str) -> ProblemItem:
@@ -279,13 +282,12 @@ def _overlaid(
     if obstacle is not None:
         detail = f"{obstacle} Look at the chart of each run by itself."
         raise ProblemError(409, "recordings_differ", detail)
-    check_target(services, recordings, query.target)
+    check_target(recordings, query.target)
     entries = tables.compared_entries(runs)
 
     def draw() -> Figure:
         # One recording for all runs that worked on it, so that its truth is drawn once.
-        loaded = {r.data_sha256: r for r in recordings}
-        first, *others = [single.load_recording(services, r) for r in loaded.values()]
+        first, *others = [one.load() for one in {one.key: one for one in recordings}.values()]
         view = RunView(
             recording=first,
             entries=tuple(single.chart_entry(services, e.run, e.entry, index=e.index, label=e.label) for e in entries),

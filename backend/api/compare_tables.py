@@ -10,8 +10,8 @@ from typing import Any
 
 from algorithms.result import Table
 from algorithms.site import Site
+from backend.api.measurements import Measurements
 from backend.charts.view import Overlay
-from backend.db.recordings import Recording
 from backend.db.runs import Entry, Run
 
 # Digits of an id that tell runs of the same name apart.
@@ -61,13 +61,14 @@ def compared_entries(runs: Sequence[Run]) -> list[Compared]:
     return [Compared(i, run, entry, labels[i]) for i, (run, entry) in enumerate(pairs)]
 
 
-def given(entries: Sequence[Compared], recordings: Sequence[Recording]) -> list[Row]:
+def given(entries: Sequence[Compared], recordings: Sequence[Measurements]) -> list[Row]:
     """What runs are about: recording, algorithm, seed, trials."""
     known = {r.id: r for r in recordings}
     names = Counter(r.name for r in known.values())
+    of_runs = dict(zip(dict.fromkeys(one.run.id for one in entries), recordings, strict=True))
 
     def recording(one: Compared) -> str:
-        found = known[str(one.run.source["recording_id"])]
+        found = of_runs[one.run.id]
         return f"{found.name} {found.id[:ID_DIGITS]}" if names[found.name] > 1 else found.name
 
     facts: dict[str, Callable[[Compared], Any]] = {
@@ -141,12 +142,12 @@ def best_places(metric: str, values: Sequence[float | None]) -> list[int]:
     return [i for i, value in enumerate(values) if value == best]
 
 
-def same_recording(recordings: Sequence[Recording]) -> bool:
+def same_recording(recordings: Sequence[Measurements]) -> bool:
     """Whether all runs worked on the same measurements, site and truth."""
-    return len({r.data_sha256 for r in recordings}) == 1
+    return len({one.key for one in recordings}) == 1
 
 
-def obstacle(overlay: Overlay, recordings: Sequence[Recording]) -> str | None:
+def obstacle(overlay: Overlay, recordings: Sequence[Measurements]) -> str | None:
     """Say why runs on these recordings cannot be drawn into one chart; None where they can."""
     if same_recording(recordings):
         return None
@@ -159,7 +160,7 @@ def obstacle(overlay: Overlay, recordings: Sequence[Recording]) -> str | None:
     return None
 
 
-def _same_frame(recordings: Sequence[Recording]) -> bool:
+def _same_frame(recordings: Sequence[Measurements]) -> bool:
     sites = [None if r.site is None else Site.model_validate(r.site) for r in recordings]
     if all(site is not None and site == sites[0] for site in sites):
         return True

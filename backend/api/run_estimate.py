@@ -6,7 +6,8 @@ from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict
 
 from backend.api.responses import problems
-from backend.api.run_request import checked
+from backend.api.run_request import CheckedRun, checked
+from backend.api.run_scenario import memory_bytes
 from backend.api.run_schemas import RunIn
 from backend.api.services import Services, ServicesDep
 from backend.db import runs
@@ -35,7 +36,7 @@ class RunEstimateOut(BaseModel):
     seconds: float | None
     """From its start to its end, with all workers free; null where an algorithm has not been measured yet."""
     memory_bytes: int | None
-    """Measurements that the workers hold at once: the recording once for each entry under way."""
+    """What the workers hold at once: the recording once for each entry under way, or a batch of trials each."""
     queue_position: int
     """How many runs are queued or running before it."""
     basis: list[EntryEstimateOut]
@@ -44,26 +45,47 @@ class RunEstimateOut(BaseModel):
 @router.post("/estimate", name="estimate_run", responses=problems(409, 413, 415))
 def estimate_run(body: RunIn, services: ServicesDep) -> RunEstimateOut:
     """Estimate a run from the rows per second of earlier ones; the body is that of a start, and nothing starts."""
-    entries, recording = checked(services, body)
+    run = checked(services, body)
+    simulated = run.scenario is not None
     with services.database.read() as connection:
-        measured = {e.name: throughput(connection, e.name) for e in entries}
+        measured = {e.name: throughput(connection, e.name, simulated=simulated) for e in run.entries}
         waiting = sum(runs.count_runs(connection, state) for state in runs.LIVE)
+    rows = _rows(run)
     basis = [
         EntryEstimateOut(
             label=e.label,
-            seconds=None if (found := measured[e.name]) is None else found.seconds_per_row * recording.rows_accepted,
+            seconds=None if (found := measured[e.name]) is None else found.seconds_per_row * rows[e.label],
             measured=0 if found is None else found.entries,
         )
-        for e in entries
+        for e in run.entries
     ]
     workers = _workers(services)
-    size = None if recording.data_sha256 is None else services.store.size(recording.data_sha256)
     return RunEstimateOut(
         seconds=_together([b.seconds for b in basis], workers),
-        memory_bytes=None if size is None else size * min(workers, len(entries)),
+        memory_bytes=_memory(services, run, workers),
         queue_position=waiting,
         basis=basis,
     )
+
+
+def _rows(run: CheckedRun) -> dict[str, int]:
+    """Rows that each label works through: of the recording, or instants times trials times cells and variants."""
+    if run.scenario is None:
+        assert run.recording is not None
+        return {e.label: run.recording.rows_accepted for e in run.entries}
+    once = run.scenario.instants * run.scenario.trials * len(run.scenario.plan.cells)
+    variants = [v.label for v in run.scenario.plan.variants]
+    return {e.label: once * variants.count(e.label) for e in run.entries}
+
+
+def _memory(services: Services, run: CheckedRun, workers: int) -> int | None:
+    if run.scenario is not None:
+        return memory_bytes(run.scenario) * min(workers, run.scenario.plan.size)
+    assert run.recording is not None
+    if run.recording.data_sha256 is None:
+        return None
+    size = services.store.size(run.recording.data_sha256)
+    return None if size is None else size * min(workers, len(run.entries))
 
 
 def _workers(services: Services) -> int:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from pydantic import ValidationError
 
 from algorithms.spec import Algorithm
 from backend.api.algorithms import catalogue
+from backend.api.run_scenario import ScenarioRun, checked_scenario
 from backend.api.run_schemas import EntryIn, RunIn
 from backend.api.services import Services
 from backend.db import recordings
@@ -21,24 +24,76 @@ from backend.http.problems import ProblemError, ProblemItem, items_of, pointer_o
 _NEEDS_SITE = {"toa_marks": "stations", "doppler_pairs": "transmitters and receivers"}
 
 _LATER = {
-    "scenario": ("scenario_not_available", "Scenarios cannot be run yet; give `recording_id`."),
-    "study": ("study_not_available", "Studies cannot be run yet; give `algorithms` and `recording_id`."),
-    "sweep": ("sweep_not_available", "Sweeps cannot be run yet; give one entry per value in `algorithms`."),
+    "study": ("study_not_available", "Studies cannot be run yet; give `algorithms` and a source."),
 }
 
 
-def checked(services: Services, request: RunIn) -> tuple[list[Entry], Recording]:
-    """Return the entries and the recording of a run that can start."""
+@dataclass(frozen=True)
+class CheckedRun:
+    """A run that can start.
+
+    `source` is what is stored of its origin; `rows` are instants of one trial times algorithms and their variants.
+    """
+
+    entries: list[Entry]
+    source: Mapping[str, Any]
+    recording: Recording | None
+    scenario: ScenarioRun | None
+
+    @property
+    def recording_ids(self) -> list[str]:
+        """The recordings it works on."""
+        return [self.recording.id] if self.recording is not None else []
+
+    @property
+    def trials(self) -> int:
+        """Simulated trials; a recording is one."""
+        return self.scenario.trials if self.scenario is not None else 1
+
+    @property
+    def progress_total(self) -> int:
+        """Work in the unit of a run's progress."""
+        if self.scenario is not None:
+            return self.scenario.progress_total
+        assert self.recording is not None
+        return self.recording.rows_accepted * len(self.entries)
+
+
+def checked(services: Services, request: RunIn) -> CheckedRun:
+    """Return a run that can start, or everything that is wrong with it."""
     _refuse_what_comes_later(request)
-    recording = _recording(services, request)
+    _one_source(request)
+    recording = None if request.scenario is not None else _recording(services, request)
     problems: list[ProblemItem] = []
     if not request.algorithms:
         problems.append(_item("/algorithms", "Name at least one algorithm.", "missing"))
-    if request.trials not in (None, 1):
-        problems.append(_item("/trials", "A recording is one trial; leave this out.", "trials_of_a_recording"))
     problems += _labels(request.algorithms)
     for i, entry in enumerate(request.algorithms):
         problems += _entry(f"/algorithms/{i}", entry, recording)
+    entries = [Entry(name=e.name, label=e.label or e.name, parameters=e.parameters) for e in request.algorithms]
+    if recording is not None:
+        problems += _of_recording(request, recording)
+        source = {"recording_id": recording.id, "name": recording.name, "kind": recording.kind}
+        if not problems:
+            return CheckedRun(entries, source, recording, None)
+    else:
+        scenario, more = checked_scenario(request, entries) if not problems else (None, [])
+        problems += more
+        if scenario is not None and not problems:
+            return CheckedRun(entries, scenario.source, None, scenario)
+    first = problems[0].code
+    code = first if all(p.code == first for p in problems) and first in _OWN_CODES else "validation"
+    raise ProblemError(422, code, summary_of(problems), errors=problems)
+
+
+def _of_recording(request: RunIn, recording: Recording) -> list[ProblemItem]:
+    """Say what cannot be asked of a recording, and what it lacks."""
+    problems = []
+    if request.trials not in (None, 1):
+        problems.append(_item("/trials", "A recording is one trial; leave this out.", "trials_of_a_recording"))
+    if request.sweep is not None:
+        detail = "A sweep needs a scenario; on a recording give one entry per value, each with its label."
+        problems.append(_item("/sweep", detail, "sweep_of_a_recording"))
     needed = _NEEDS_SITE.get(recording.kind or "")
     if needed and recording.site is None:
         problems.append(
@@ -49,15 +104,14 @@ def checked(services: Services, request: RunIn) -> tuple[list[Entry], Recording]
                 "site_missing",
             )
         )
-    if problems:
-        first = problems[0].code
-        code = first if all(p.code == first for p in problems) and first in _OWN_CODES else "validation"
-        raise ProblemError(422, code, summary_of(problems), errors=problems)
-    entries = [Entry(name=e.name, label=e.label or e.name, parameters=e.parameters) for e in request.algorithms]
-    return entries, recording
+    return problems
 
 
-_OWN_CODES = ("site_missing", "kind_mismatch", "algorithm_not_found", "label_repeated", "trials_of_a_recording")
+_OWN_CODES = (
+    "site_missing", "kind_mismatch", "algorithm_not_found", "label_repeated", "trials_of_a_recording",
+    "sweep_of_a_recording", "scenario_not_found", "sweep_too_large", "sweep_unknown", "sweep_repeated",
+    "no_monte_carlo", "scenario_too_long", "scenario_empty",
+)  # fmt: skip
 
 
 def _item(pointer: str, detail: str, code: str) -> ProblemItem:
@@ -74,9 +128,15 @@ def _refuse_what_comes_later(request: RunIn) -> None:
             raise _fail(f"/{field}", detail, code)
 
 
+def _one_source(request: RunIn) -> None:
+    given = [name for name in ("recording_id", "recording_ids", "scenario") if getattr(request, name) is not None]
+    if len(given) != 1:
+        found = f"; there are {' and '.join(given)}" if given else ""
+        detail = f"Give exactly one source: `recording_id`, `recording_ids` or `scenario`{found}."
+        raise _fail(f"/{given[1]}" if given else "/recording_id", detail, "source_missing")
+
+
 def _recording(services: Services, request: RunIn) -> Recording:
-    if (request.recording_id is None) == (request.recording_ids is None):
-        raise _fail("/recording_id", "Give exactly one source: `recording_id`.", "source_missing")
     pointer = "/recording_id"
     recording_id = request.recording_id
     if request.recording_ids is not None:
@@ -122,12 +182,12 @@ def _labels(entries: Sequence[EntryIn]) -> list[ProblemItem]:
     ]
 
 
-def _entry(pointer: str, entry: EntryIn, recording: Recording) -> list[ProblemItem]:
+def _entry(pointer: str, entry: EntryIn, recording: Recording | None) -> list[ProblemItem]:
     algorithm = catalogue().get(entry.name)
     if algorithm is None:
         detail = f"There is no algorithm {entry.name!r}; there are {', '.join(catalogue())}."
         return [_item(f"{pointer}/name", detail, "algorithm_not_found")]
-    if recording.kind not in algorithm.takes:
+    if recording is not None and recording.kind not in algorithm.takes:
         detail = (
             f"{entry.name} takes {' or '.join(algorithm.takes)}, and this recording holds {recording.kind}. "
             "Choose another algorithm or another recording."

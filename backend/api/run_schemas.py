@@ -15,6 +15,7 @@ State = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 
 MAX_ENTRIES = 20
 MAX_TAGS = 20
+MAX_TRIALS = 1_000_000
 
 
 def _readable(text: str) -> str:
@@ -61,6 +62,15 @@ class EntryIn(_In):
     """What differs from the defaults; see the algorithm's `parameters_schema`."""
 
 
+class ScenarioIn(_In):
+    """A scenario to simulate."""
+
+    preset: Annotated[str, Field(min_length=1, max_length=80)]
+    """Name in the catalogue of scenarios."""
+    parameters: dict[str, Any] = {}
+    """What differs from the preset; see its `parameters_schema`."""
+
+
 class RunIn(_In):
     """What is to be computed: algorithms and one source."""
 
@@ -69,14 +79,14 @@ class RunIn(_In):
     """The recording to work on."""
     recording_ids: Annotated[list[Id], Field(max_length=64)] | None = None
     """Recordings to work on together, one per radar."""
-    scenario: dict[str, Any] | None = None
-    """A scenario to simulate."""
+    scenario: ScenarioIn | None = None
+    """The scenario to simulate."""
     study: Annotated[str, Field(max_length=80)] | None = None
     """A recipe of the catalogue of studies."""
-    sweep: dict[str, Any] | None = None
-    """Parameters to vary."""
-    trials: Annotated[int, Field(ge=1, le=1_000_000)] | None = None
-    """Simulated trials; a recording is one."""
+    sweep: Annotated[dict[str, Annotated[list[Any], Field(min_length=1)]], Field(max_length=10)] | None = None
+    """Parameters to vary: `<label>.<parameter>` or `scenario.<parameter>` with its values; every combination is run."""
+    trials: Annotated[int, Field(ge=1, le=MAX_TRIALS)] | None = None
+    """Simulated trials, 100 where nothing is said; a recording is one."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
     """Seed of the random streams; default 0."""
     label: Words = ""
@@ -92,7 +102,7 @@ class RunPatch(_In):
 
 
 class Progress(_Out):
-    """How far a run is, in rows of the recording times algorithms."""
+    """How far a run is: rows of the recording times algorithms, or trials times cells of the scenario."""
 
     done: int
     total: int

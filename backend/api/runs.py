@@ -49,7 +49,7 @@ def queue_run(
     services: Services, body: RunIn, *, key: str | None = None, digest: str = ""
 ) -> stored.Run | idempotency.IdempotencyKey:
     """Check and queue a run; return the key instead where another request was faster with it."""
-    entries, recording = checked(services, body)
+    run_in = checked(services, body)
     with services.database.write() as connection:
         if key is not None:
             earlier = idempotency.find_key(connection, key)
@@ -57,13 +57,14 @@ def queue_run(
                 return earlier
         run = stored.create_run(
             connection,
-            algorithms=entries,
-            source={"recording_id": recording.id, "name": recording.name, "kind": recording.kind},
-            recording_ids=[recording.id],
+            algorithms=run_in.entries,
+            source=run_in.source,
+            recording_ids=run_in.recording_ids,
             label=body.label,
             tags=body.tags,
             seed=body.seed or 0,
-            progress_total=recording.rows_accepted * len(entries),
+            trials=run_in.trials,
+            progress_total=run_in.progress_total,
         )
         if key is not None:
             idempotency.remember_key(connection, key, digest, f"/api/v1/runs/{run.id}")

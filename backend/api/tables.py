@@ -5,24 +5,30 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from io import StringIO
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import FileResponse, StreamingResponse
 
 from algorithms.result import Table
-from backend.api import uploads
+from backend.api.measurements import of_run
 from backend.api.responses import content, problems
 from backend.api.services import Services, ServicesDep
 from backend.api.targets import TargetName, check_target
 from backend.db import runs as stored
-from backend.errors import StateError
+from backend.errors import NotFoundError, StateError
 from backend.files.table_writer import write_table_csv
 from backend.http.etag import IMMUTABLE, etag_of, matches, not_modified
 from backend.http.problems import ProblemError, ProblemItem
 
+if TYPE_CHECKING:
+    from backend.jobs.partial_results import PartialRun
+
 router = APIRouter(prefix="/runs/{run_id}", tags=["results"])
+
+# What a Monte Carlo run can say before its end.
+PARTIAL_TABLES = ("metrics", "comparisons", "consistency", "curves")
 
 _ROWS_AT_ONCE = 5000
 
@@ -85,12 +91,36 @@ def finished(services: Services, run_id: str) -> stored.Run:
     return run
 
 
+def answering(services: Services, run_id: str) -> tuple[stored.Run, PartialRun | None]:
+    """Return a run that has a result, or one whose trials still run, with what they say so far.
+
+    Raises
+    ------
+    StateError
+        It has nothing to say yet, or it failed or was cancelled.
+    """
+    with services.database.read() as connection:
+        run = stored.get_run(connection, run_id)
+    if run.state == "running" and "scenario" in run.source:
+        from backend.jobs.partial_results import partial_run
+
+        partial = partial_run(services.database, services.store, run)
+        if partial is not None:
+            return run, partial
+    return finished(services, run_id), None
+
+
 @router.get("/tables", name="list_tables", responses=problems(404, 409))
 def list_tables(run_id: str, services: ServicesDep) -> TableList:
-    """List the tables of a run."""
+    """List the tables of a run; while its trials run, those that can be told from the finished ones."""
     from backend.jobs.results import table_names
 
-    sizes = table_names(services.database, finished(services, run_id))
+    run, partial = answering(services, run_id)
+    if partial is None:
+        sizes = table_names(services.database, run)
+    else:
+        found = {name: partial.table(name) for name in PARTIAL_TABLES}
+        sizes = {name: len(table) for name, table in found.items() if table is not None}
     url = f"/api/v1/runs/{run_id}/tables"
     return TableList(
         items=[
@@ -110,9 +140,9 @@ def get_table_json(
     run_id: str, table: str, request: Request, services: ServicesDep, query: Annotated[RowsQuery, Query()]
 ) -> Response:
     """Give a table, or some rows of it, as JSON: names of columns, and rows."""
-    run = finished(services, run_id)
-    etag = _etag(run, table, "json", query)
-    found = _load(services, run, table, query.target)
+    run, partial = answering(services, run_id)
+    etag = _etag(run, partial, table, "json", query)
+    found = _load(services, run, partial, table, query.target)
     if matches(request, etag):
         return not_modified(etag)
     return StreamingResponse(_json(found, *_range(found, query)), media_type="application/json", headers=_headers(etag))
@@ -128,9 +158,9 @@ def get_table_csv(
     run_id: str, table: str, request: Request, services: ServicesDep, query: Annotated[RowsQuery, Query()]
 ) -> Response:
     """Give a table, or some rows of it, as CSV."""
-    run = finished(services, run_id)
-    etag = _etag(run, table, "csv", query)
-    found = _load(services, run, table, query.target)
+    run, partial = answering(services, run_id)
+    etag = _etag(run, partial, table, "csv", query)
+    found = _load(services, run, partial, table, query.target)
     if matches(request, etag):
         return not_modified(etag)
     headers = _headers(etag) | {"Content-Disposition": f'attachment; filename="{table}-{run_id}.csv"'}
@@ -163,23 +193,30 @@ def get_result(run_id: str, request: Request, services: ServicesDep) -> Response
     )
 
 
-def _load(services: Services, run: stored.Run, name: str, target: str) -> Table:
+def _load(services: Services, run: stored.Run, partial: PartialRun | None, name: str, target: str) -> Table:
     from backend.charts.target import table_of
     from backend.jobs.results import load_table
 
-    table = load_table(services.database, services.store, run, name)
+    table = load_table(services.database, services.store, run, name) if partial is None else partial.table(name)
+    if table is None:
+        raise NotFoundError(
+            f"The table {name!r} is not known while trials still run.",
+            remedy=f"There are {', '.join(PARTIAL_TABLES)}; the others come with the end of the run.",
+            code="table_not_found",
+        )
     if not target:
         return table
     if "target" not in table.columns:
         detail = f"The table {name!r} does not say which target its rows are of; ask for it without `target`."
         item = ProblemItem(pointer="/query/target", detail=detail, code="table_without_targets")
         raise ProblemError(422, "table_without_targets", detail, errors=[item])
-    check_target(services, [uploads.ready(services, str(run.source["recording_id"]))], target)
+    check_target([of_run(services, run, partial)], target)
     return table_of(table, target)
 
 
-def _etag(run: stored.Run, table: str, form: str, query: RowsQuery) -> str:
-    return etag_of(run.id, run.result_sha256 or "", table, form, query.model_dump_json())
+def _etag(run: stored.Run, partial: PartialRun | None, table: str, form: str, query: RowsQuery) -> str:
+    version = run.result_sha256 or "" if partial is None else partial.version
+    return etag_of(run.id, version, table, form, query.model_dump_json())
 
 
 def _headers(etag: str) -> dict[str, str]:

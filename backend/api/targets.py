@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -11,9 +10,9 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 
 from backend.api import uploads
+from backend.api.measurements import Measurements, of_recording
 from backend.api.responses import problems
-from backend.api.services import Services, ServicesDep
-from backend.db.recordings import Recording
+from backend.api.services import ServicesDep
 from backend.http.problems import ProblemError, ProblemItem
 
 router = APIRouter(prefix="/recordings/{recording_id}", tags=["recordings"])
@@ -51,9 +50,8 @@ class TargetsQuery(BaseModel):
 def list_targets(recording_id: str, services: ServicesDep, query: Annotated[TargetsQuery, Query()]) -> TargetList:
     """List the targets of a recording, or the one that a row is of."""
     recording = uploads.ready(services, recording_id)
-    assert recording.data_sha256 is not None
-    names = target_names(services, recording)
-    arrays = services.store.get_arrays(recording.data_sha256)
+    measurements = of_recording(services, recording)
+    names, arrays = measurements.targets, measurements.arrays()
     target, time_s = np.asarray(arrays["target"]), np.asarray(arrays["time_s"])
     wanted = np.unique(target) if query.row is None else np.unique(target[np.asarray(arrays["row"]) == query.row])
     marks = np.bincount(target, minlength=len(names))
@@ -68,24 +66,25 @@ def list_targets(recording_id: str, services: ServicesDep, query: Annotated[Targ
     return TargetList(items=sorted(items, key=lambda item: item.name))
 
 
-def target_names(services: Services, recording: Recording) -> tuple[str, ...]:
-    """Return the names of a recording's targets without reading its marks."""
-    assert recording.data_sha256 is not None
-    meta = json.loads(bytes(services.store.get_arrays(recording.data_sha256)["meta"]).decode())
-    return tuple(meta["targets"])
-
-
-def check_target(services: Services, recordings: Sequence[Recording], target: str) -> None:
-    """Refuse a target that none of these recordings has; the empty name means all targets.
+def check_target(measured: Sequence[Measurements], target: str) -> None:
+    """Refuse a target that none of these measurements has; the empty name means all targets.
 
     Raises
     ------
     ProblemError
         422 `unknown_target`.
     """
-    if not target or any(target in target_names(services, recording) for recording in recordings):
+    if not target or any(target in one.targets for one in measured):
         return
-    where = " or ".join(f"`GET /api/v1/recordings/{recording.id}/targets`" for recording in recordings[:2])
-    detail = f"There is no target {target!r} here; {where} lists those that there are."
+    stored = [f"`GET /api/v1/recordings/{one.recording_id}/targets`" for one in measured[:2] if one.recording_id]
+    known = list(dict.fromkeys(name for one in measured for name in one.targets if name))
+    where = (
+        f"{' or '.join(stored)} lists those that there are."
+        if stored
+        else f"There are {', '.join(known[:20])}."
+        if known
+        else "The scenario does not name its targets."
+    )
+    detail = f"There is no target {target!r} here; {where}"
     item = ProblemItem(pointer="/query/target", detail=detail, code="unknown_target")
     raise ProblemError(422, "unknown_target", detail, errors=[item])

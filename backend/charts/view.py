@@ -74,6 +74,8 @@ class RunView:
     recording: Recording
     entries: tuple[Entry, ...]
     others: tuple[Recording, ...] = ()
+    legs: tuple[tuple[str, float, float], ...] = ()
+    """Named intervals of a scenario: name, start and stop in seconds."""
 
     @property
     def recordings(self) -> tuple[Recording, ...]:

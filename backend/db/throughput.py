@@ -21,18 +21,27 @@ class Throughput:
     entries: int
 
 
-def throughput(connection: Connection, algorithm: str) -> Throughput | None:
-    """Return what the newest finished runs of an algorithm took, None where none was measured."""
+def throughput(connection: Connection, algorithm: str, *, simulated: bool = False) -> Throughput | None:
+    """Return what the newest finished runs of an algorithm took, None where none was measured.
+
+    Runs on recordings and on simulated trials are told apart: trials side by side cost a fraction of single marks.
+    """
     query = (
-        select(runs.c.algorithms, runs.c.entries, runs.c.progress_total)
+        select(runs.c.algorithms, runs.c.entries, runs.c.progress_total, runs.c.source)
         .join(run_algorithms, run_algorithms.c.run_id == runs.c.id)
-        .where(run_algorithms.c.name == algorithm, runs.c.state == "succeeded", runs.c.trials == 1)
+        .where(run_algorithms.c.name == algorithm, runs.c.state == "succeeded")
         .order_by(runs.c.created_at.desc(), runs.c.id.desc())
         .limit(_RUNS)
     )
     measured: list[float] = []
-    for algorithms, entries, total in connection.execute(query):
+    for algorithms, entries, total, source in connection.execute(query):
+        if ("scenario" in source) != simulated:
+            continue
         names = {a["label"]: a["name"] for a in algorithms}
-        rows = total / len(algorithms)
-        measured += [e["seconds"] / rows for e in entries or () if rows and names.get(e["label"]) == algorithm]
+        rows = total * source["instants"] if simulated else total / len(algorithms)
+        measured += [
+            e["seconds"] / (rows * e.get("variants", 1))
+            for e in entries or ()
+            if rows and names.get(e["label"]) == algorithm
+        ]
     return Throughput(median(measured), len(measured)) if measured else None

@@ -24,10 +24,11 @@ from backend.db import events, outcomes, recordings, runs
 from backend.db.engine import Database
 from backend.files.store import Store
 from backend.jobs import ledger
+from backend.jobs.outcome import Outcome
 from backend.jobs.parsing import Parser
+from backend.jobs.plan import plan_of
 from backend.jobs.reader_process import ReadAnswer
 from backend.jobs.schedule import RETRIES, ActiveRun, Flight, choose, monotonic
-from backend.jobs.work import Outcome
 from backend.settings import Settings
 
 logger = logging.getLogger(__name__)
@@ -239,8 +240,9 @@ class Engine:
             for run in runs.live_runs(connection):
                 if run.id not in self._active and run.id not in self._failures:
                     done = set(outcomes.finished_blocks(connection, run.id))
-                    waiting = deque(p for p in range(len(run.algorithms)) if p not in done)
-                    self._active[run.id] = ActiveRun(run, waiting, done)
+                    plan = plan_of(run)
+                    waiting = deque(p for p in range(plan.size) if p not in done)
+                    self._active[run.id] = ActiveRun(run, plan, waiting, done)
 
     def _dispatch(self) -> None:
         # A run whose last block was stored just before the server died has nothing left to send.
@@ -257,7 +259,7 @@ class Engine:
     def _begin(self, active: ActiveRun) -> bool:
         if active.run.state == "running":
             return True
-        begun = ledger.begin(self._database, active.run, len(active.finished))
+        begun = ledger.begin(self._database, active.run, active.plan, len(active.finished))
         if begun is None:
             self._drop(active.run.id)
             return False
@@ -266,8 +268,8 @@ class Engine:
 
     def _send(self, active: ActiveRun, position: int, worker: str, alone: bool) -> None:
         active.waiting.remove(position)
-        with self._failing(active.run, position):
-            block = ledger.block_of(self._database, self._store, active.run, position)
+        with self._failing(active, position):
+            block = ledger.block_of(self._database, self._store, active.run, active.plan, position)
             future = self._cluster.submit(block, worker)
             self._flights[block.token] = Flight(block.token, active.run.id, position, worker, future, alone)
             future.add_done_callback(lambda _: self._post(lambda: self._landed(block.token)))
@@ -300,23 +302,23 @@ class Engine:
         if flight.future.status != "finished":
             self._lost(active, flight)
             return
-        with self._failing(active.run, flight.position):
+        with self._failing(active, flight.position):
             outcome: Outcome = flight.future.result()
             if outcome.kind == "done":
-                ledger.keep(self._database, self._store, active.run, flight.position, outcome)
+                ledger.keep(self._database, self._store, active.run, active.plan, flight.position, outcome)
                 active.finished.add(flight.position)
             elif outcome.kind == "failed":
                 assert outcome.error is not None
                 self._fail(flight.run_id, outcome.error, outcome.trace)
 
     def _finish(self, active: ActiveRun) -> None:
-        with self._failing(active.run):
-            ledger.finish(self._database, self._store, active.run)
+        with self._failing(active):
+            ledger.finish(self._database, self._store, active.run, active.plan)
             self._active.pop(active.run.id, None)
 
     def _lost(self, active: ActiveRun, flight: Flight) -> None:
         """Send a block again whose worker died, or give the run up."""
-        position, label = flight.position, active.run.algorithms[flight.position].label
+        position, label = flight.position, active.plan.name_of(flight.position)
         deaths = active.deaths[position] = active.deaths.get(position, 0) + 1
         active.shares.pop(position, None)
         if deaths > RETRIES:
@@ -326,7 +328,7 @@ class Engine:
                     "code": "worker_died",
                     "detail": f"The worker died {deaths} times while it computed {label}.",
                     "remedy": "Most often it ran out of memory: use a shorter recording or fewer workers.",
-                    "label": label,
+                    "label": active.plan.label_of(position),
                 },
             )
             return
@@ -337,17 +339,17 @@ class Engine:
             )
 
     @contextmanager
-    def _failing(self, run: runs.Run, position: int | None = None) -> Iterator[None]:
+    def _failing(self, active: ActiveRun, position: int | None = None) -> Iterator[None]:
         """Fail the run where something of ours goes wrong: it must not wait for ever."""
-        label = "" if position is None else run.algorithms[position].label
+        label = "" if position is None else active.plan.label_of(position)
         try:
             yield
         except FilterRoomError as error:
-            self._fail(run.id, ledger.error_of(error, label))
+            self._fail(active.run.id, ledger.error_of(error, label))
         except Exception:
-            logger.exception("run %s failed", run.id)
+            logger.exception("run %s failed", active.run.id)
             what = {"code": "internal", "detail": "The server could not go on.", "remedy": "Please report it."}
-            self._fail(run.id, {**what, "label": label}, traceback.format_exc())
+            self._fail(active.run.id, {**what, "label": label}, traceback.format_exc())
 
     def _fail(self, run_id: str, error: dict[str, Any], trace: str = "") -> None:
         self._failures[run_id] = (error, trace)

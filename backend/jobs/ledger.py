@@ -16,9 +16,11 @@ from backend.db.engine import Database
 from backend.db.ids import new_id, now
 from backend.errors import StateError
 from backend.files.store import Store
-from backend.jobs import results
+from backend.jobs import results, trial_results
 from backend.jobs.collection import collect
-from backend.jobs.work import Block, Outcome
+from backend.jobs.outcome import Outcome, block_arrays, outcome_of
+from backend.jobs.plan import Plan, RecordingPlan, TrialsPlan
+from backend.jobs.work import AnyBlock, Block, TrialsBlock
 
 # How long idempotency keys and events that belong to no run are kept.
 KEEP_KEYS = dt.timedelta(days=7)
@@ -35,19 +37,34 @@ def recover(database: Database, store: Store) -> None:
     collect(database, store)
 
 
-def begin(database: Database, run: runs.Run, finished: int) -> runs.Run | None:
+def begin(database: Database, run: runs.Run, plan: Plan, finished: int) -> runs.Run | None:
     """Make a queued run a running one; None where it was cancelled or deleted meanwhile."""
     with database.write() as connection:
         if not runs.start_run(connection, run.id):
             return None
-        count = f"{finished} of {len(run.algorithms)} algorithms are finished already"
+        parts = "algorithms" if isinstance(plan, RecordingPlan) else "blocks"
+        count = f"{finished} of {plan.size} {parts} are finished already"
         text = f"Goes on after a restart of the server: {count}." if run.started_at else "Started."
         events.append_log(connection, run.id, text)
         return runs.get_run(connection, run.id)
 
 
-def block_of(database: Database, store: Store, run: runs.Run, position: int) -> Block:
-    """Return the block at `position` of a run, with its recording."""
+def block_of(database: Database, store: Store, run: runs.Run, plan: Plan, position: int) -> AnyBlock:
+    """Return the block at `position` of a run, with its recording or its trials."""
+    token = f"{run.id}-{position}-{new_id()}"
+    if isinstance(plan, TrialsPlan):
+        cell, (first, stop) = plan.place_of(position)
+        return TrialsBlock(
+            token=token,
+            label=plan.label_of(position),
+            preset=plan.preset,
+            scenario=cell.parameters,
+            variants=tuple((v.algorithm, v.parameters) for v in plan.variants),
+            seed=run.seed,
+            first=first,
+            stop=stop,
+            keep_every=plan.keep_every,
+        )
     entry = run.algorithms[position]
     with database.read() as connection:
         (recording_id,) = runs.recording_ids_of(connection, run.id)
@@ -55,7 +72,7 @@ def block_of(database: Database, store: Store, run: runs.Run, position: int) -> 
     if data_sha256 is None:
         raise StateError("The recording has no data.", remedy="Upload it again.", code="recording_not_ready")
     return Block(
-        token=f"{run.id}-{position}-{new_id()}",
+        token=token,
         algorithm=entry.name,
         label=entry.label,
         parameters=entry.parameters,
@@ -64,11 +81,11 @@ def block_of(database: Database, store: Store, run: runs.Run, position: int) -> 
     )
 
 
-def keep(database: Database, store: Store, run: runs.Run, position: int, outcome: Outcome) -> None:
+def keep(database: Database, store: Store, run: runs.Run, plan: Plan, position: int, outcome: Outcome) -> None:
     """Store a finished block: a restarted server need not compute it again."""
-    label = run.algorithms[position].label
+    label = plan.name_of(position)
     with store.guard():
-        sha256 = store.put_arrays(results.block_arrays(outcome))
+        sha256 = store.put_arrays(block_arrays(outcome))
         with database.write() as connection:
             outcomes.store_block(connection, run.id, position, sha256)
             events.append_log(connection, run.id, f"{label}: finished in {outcome.seconds:.2f} s.")
@@ -76,12 +93,15 @@ def keep(database: Database, store: Store, run: runs.Run, position: int, outcome
                 events.append_log(connection, run.id, f"{label}: {note['detail']}", "warning")
 
 
-def finish(database: Database, store: Store, run: runs.Run) -> None:
+def finish(database: Database, store: Store, run: runs.Run, plan: Plan) -> None:
     """Put the stored blocks of a run together and make it succeeded."""
     with database.read() as connection:
         blobs = outcomes.finished_blocks(connection, run.id)
-    blocks = [results.outcome_of(store.get_arrays(blobs[p])) for p in range(len(run.algorithms))]
-    composed = results.compose([e.label for e in run.algorithms], blocks)
+    if isinstance(plan, TrialsPlan):
+        composed = trial_results.compose(plan, {p: store.get_arrays(blob) for p, blob in blobs.items()})
+    else:
+        blocks = [outcome_of(store.get_arrays(blobs[p])) for p in range(plan.size)]
+        composed = results.compose([e.label for e in run.algorithms], blocks)
     with store.guard():
         sha256 = store.put_arrays(composed.arrays)
         with database.write() as connection:

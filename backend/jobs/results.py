@@ -7,23 +7,22 @@ stand in the database, all labels together.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.result import Column, Metric, Table
+from algorithms.result import Column, Table
 from backend.db import outcomes, runs
 from backend.db.engine import Database
 from backend.errors import NotFoundError, StateError
-from backend.files.store import Store, json_array, json_of
-from backend.jobs.work import Outcome
+from backend.files.store import Store
+from backend.jobs.outcome import Outcome, finite
 
 # Tables with a row per mark always stand in the result file, whatever their size: scripts rely on it.
-BIG_TABLES = ("states", "errors")
+BIG_TABLES = ("states", "errors", "curves")
 # Any other table with more rows than this goes there too.
 BIG_ROWS = 20_000
 
@@ -37,39 +36,6 @@ class Composed:
     summary: dict[str, Any]
     entries: list[dict[str, Any]]
     software: dict[str, Any]
-
-
-def block_arrays(outcome: Outcome) -> dict[str, NDArray[Any]]:
-    """Return a finished block as arrays for the store."""
-    meta = {
-        "arrays": list(outcome.arrays),
-        "tables": list(outcome.tables),
-        "metrics": [asdict(m) for m in outcome.metrics],
-        "settings": outcome.settings,
-        "notes": list(outcome.notes),
-        "seconds": outcome.seconds,
-        "software": outcome.software,
-    }
-    out: dict[str, NDArray[Any]] = {"meta": json_array(_finite(meta))}
-    out |= {f"array/{name}": np.asarray(array) for name, array in outcome.arrays.items()}
-    for name, table in outcome.tables.items():
-        out |= table.to_arrays(f"table/{name}")
-    return out
-
-
-def outcome_of(arrays: Mapping[str, NDArray[Any]]) -> Outcome:
-    """Return the finished block that `block_arrays` made arrays of."""
-    meta = json_of(arrays["meta"])
-    return Outcome(
-        "done",
-        arrays={name: arrays[f"array/{name}"] for name in meta["arrays"]},
-        tables={name: Table.from_arrays(arrays, f"table/{name}") for name in meta["tables"]},
-        metrics=tuple(Metric(**m) for m in meta["metrics"]),
-        settings=meta["settings"],
-        notes=tuple(meta["notes"]),
-        seconds=meta["seconds"],
-        software=meta["software"],
-    )
 
 
 def compose(labels: Sequence[str], blocks: Sequence[Outcome]) -> Composed:
@@ -86,7 +52,7 @@ def compose(labels: Sequence[str], blocks: Sequence[Outcome]) -> Composed:
             for label, table in tables.items():
                 arrays |= table.to_arrays(f"tables/{name}/{label}")
         else:
-            small.append(_stored(name, _joined(tables)))
+            small.append(_stored(name, joined(tables)))
     entries = [
         {
             "label": label,
@@ -102,7 +68,7 @@ def compose(labels: Sequence[str], blocks: Sequence[Outcome]) -> Composed:
     processors = sorted({b.software["cpu"] for b in blocks if "cpu" in b.software})
     if len(processors) > 1:
         software["cpu"] = ", ".join(processors)
-    return Composed(arrays, small, _summary(labels, blocks), _finite(entries), software)
+    return Composed(arrays, small, _summary(labels, blocks), finite(entries), software)
 
 
 def table_names(database: Database, run: runs.Run) -> dict[str, int]:
@@ -121,8 +87,8 @@ def load_table(database: Database, store: Store, run: runs.Run, name: str) -> Ta
     with database.read() as connection:
         stored = outcomes.find_table(connection, run.id, name)
     if stored is not None:
-        return _table(stored)
-    return _joined(_big_tables(store, run, name))
+        return table_of_stored(stored)
+    return joined(_big_tables(store, run, name))
 
 
 def load_entry_table(database: Database, store: Store, run: runs.Run, label: str, name: str) -> Table:
@@ -133,7 +99,7 @@ def load_entry_table(database: Database, store: Store, run: runs.Run, label: str
         tables = _big_tables(store, run, name)
         return tables[label] if label in tables else _no_rows(next(iter(tables.values())))
     at = [c for c, _ in stored.columns].index("label")
-    table = _table(outcomes.StoredTable(name, stored.columns, [r for r in stored.rows if r[at] == label]))
+    table = table_of_stored(outcomes.StoredTable(name, stored.columns, [r for r in stored.rows if r[at] == label]))
     return Table({column: values for column, values in table.columns.items() if column != "label"})
 
 
@@ -180,7 +146,7 @@ def _metrics_table(labels: Sequence[str], blocks: Sequence[Outcome]) -> outcomes
         ("n", "integer"),
     ]
     rows = [
-        [label if name == "label" else _finite(getattr(metric, name)) for name, _ in columns]
+        [label if name == "label" else finite(getattr(metric, name)) for name, _ in columns]
         for label, block in zip(labels, blocks, strict=True)
         for metric in block.metrics
     ]
@@ -194,14 +160,14 @@ def _summary(labels: Sequence[str], blocks: Sequence[Outcome]) -> dict[str, Any]
             if not m.segment and not m.target:
                 known = m.ci95_low is not None and m.ci95_high is not None
                 out.setdefault(m.metric, {})[label] = {
-                    "value": _finite(m.value),
-                    "ci95": [_finite(m.ci95_low), _finite(m.ci95_high)] if known else None,
+                    "value": finite(m.value),
+                    "ci95": [finite(m.ci95_low), finite(m.ci95_high)] if known else None,
                     "unit": m.unit,
                 }
     return out
 
 
-def _joined(tables: Mapping[str, Table]) -> Table:
+def joined(tables: Mapping[str, Table]) -> Table:
     """Put the tables of several labels under each other; a column that one of them lacks is null there."""
     names = list(dict.fromkeys(name for table in tables.values() for name in table.names))
     labels = [label for label, table in tables.items() for _ in range(len(table))]
@@ -221,10 +187,11 @@ def _stored(name: str, table: Table) -> outcomes.StoredTable:
         (column, kinds[values.dtype.kind] if _is_numeric(values) else "text")  # type: ignore[union-attr]
         for column, values in table.columns.items()
     ]
-    return outcomes.StoredTable(name, columns, [_finite(list(row)) for row in table.rows()])
+    return outcomes.StoredTable(name, columns, [finite(list(row)) for row in table.rows()])
 
 
-def _table(stored: outcomes.StoredTable) -> Table:
+def table_of_stored(stored: outcomes.StoredTable) -> Table:
+    """Return a table of the database as columns."""
     dtypes: dict[str, type] = {"number": np.float64, "integer": np.int64, "boolean": np.bool_}
     columns: dict[str, Column] = {}
     for at, (name, kind) in enumerate(stored.columns):
@@ -239,18 +206,3 @@ def _no_rows(table: Table) -> Table:
 
 def _is_numeric(column: Column) -> bool:
     return isinstance(column, np.ndarray) and column.dtype.kind in "fiub"
-
-
-def _finite(value: Any) -> Any:
-    """Return plain JSON values; NaN and infinities, which JSON lacks, become None."""
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {str(k): _finite(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return _finite(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_finite(v) for v in value]
-    return value

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from backend.db.runs import Run
+from backend.jobs.plan import Plan
 
 # A block that ended with its worker is sent again this often.
 RETRIES = 2
@@ -19,6 +20,7 @@ class ActiveRun:
     """A live run: which of its blocks (by position) wait, and how far the ones under way are."""
 
     run: Run
+    plan: Plan
     waiting: deque[int]
     finished: set[int]
     deaths: dict[int, int] = field(default_factory=dict)
@@ -31,12 +33,12 @@ class ActiveRun:
     def done(self) -> int:
         """Work that is done, of the run's `progress_total`; all blocks count alike."""
         under_way = sum(share for position, share in self.shares.items() if position not in self.finished)
-        return int(self.run.progress_total * (len(self.finished) + under_way) / len(self.run.algorithms))
+        return int(self.run.progress_total * (len(self.finished) + under_way) / self.plan.size)
 
     @property
     def is_complete(self) -> bool:
         """Whether all blocks are finished."""
-        return len(self.finished) == len(self.run.algorithms)
+        return len(self.finished) == self.plan.size
 
 
 @dataclass

@@ -14,17 +14,18 @@ import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from algorithms.errors import AlgorithmError, FilterRoomError, InputError, ParameterError, RunCancelled
-from algorithms.recording import recording_from_arrays
-from algorithms.registry import algorithms_by_name
-from algorithms.result import Metric, Table
-from algorithms.spec import trial_stream
+from algorithms.recording import Recording, recording_from_arrays
+from algorithms.registry import algorithms_by_name, scenarios_by_name
+from algorithms.spec import Algorithm, Parameters, trial_stream
+from algorithms.toolbox.monte_carlo.batches import batches
+from algorithms.toolbox.monte_carlo.sums import Sums, joined, sums_of
+from backend.jobs.outcome import Outcome, block_arrays
 
 # Seconds between two reports of progress.
 REPORT_S = 0.25
@@ -46,23 +47,25 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What became of a block.
+class TrialsBlock:
+    """One piece of a Monte Carlo run: some trials of one scenario cell, through all variants of the algorithms.
 
-    `arrays` are the result's, `tables` by name; `settings` say which value of each parameter was used and
-    where it came from; `error` is {"code", "detail", "remedy", "label", ...}; `trace` is for the run's log only.
+    `variants` are (algorithm, parameters); trials first <= i < stop are whole batches; of single values every
+    `keep_every`-th instant is kept.
     """
 
-    kind: Literal["done", "failed", "cancelled"]
-    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
-    tables: dict[str, Table] = field(default_factory=dict)
-    metrics: tuple[Metric, ...] = ()
-    settings: dict[str, dict[str, Any]] = field(default_factory=dict)
-    notes: tuple[dict[str, Any], ...] = ()
-    seconds: float = 0.0
-    software: dict[str, str] = field(default_factory=dict)
-    error: dict[str, Any] | None = None
-    trace: str = ""
+    token: str
+    label: str
+    preset: str
+    scenario: Mapping[str, Any]
+    variants: tuple[tuple[str, Mapping[str, Any]], ...]
+    seed: int
+    first: int
+    stop: int
+    keep_every: int
+
+
+AnyBlock = Block | TrialsBlock
 
 
 @dataclass
@@ -92,11 +95,14 @@ class BlockContext:
             raise RunCancelled
 
 
-def run_block(block: Block, report: Callable[[float], None]) -> Outcome:
-    """Run the algorithm of a block and describe what came of it."""
+def run_block(block: AnyBlock, report: Callable[[float], None]) -> Outcome:
+    """Compute a block and describe what came of it."""
     started = time.perf_counter()
+    context = BlockContext(block.token, block.seed, report)
     try:
-        outcome = _compute(block, BlockContext(block.token, block.seed, report))
+        context.check_cancelled()
+        outcome = _compute(block, context) if isinstance(block, Block) else _compute_trials(block, context)
+        context.check_cancelled()
     except RunCancelled:
         _cancelled.discard(block.token)
         return Outcome("cancelled")
@@ -127,7 +133,7 @@ def run_block(block: Block, report: Callable[[float], None]) -> Outcome:
     return replace(outcome, seconds=round(time.perf_counter() - started, 3))
 
 
-def run_on_worker(block: Block, topic: str) -> Outcome:
+def run_on_worker(block: AnyBlock, topic: str) -> Outcome:
     """Run a block on a Dask worker; progress goes to `topic`."""
     from distributed import get_worker
 
@@ -166,24 +172,14 @@ def software() -> dict[str, str]:
 
 
 def _compute(block: Block, context: BlockContext) -> Outcome:
-    context.check_cancelled()
-    algorithm = algorithms_by_name().get(block.algorithm)
-    if algorithm is None:
-        raise ParameterError(
-            f"This worker knows no algorithm {block.algorithm!r}.",
-            remedy="Install the same version and the same plugins on server and workers.",
-            code="unknown_algorithm",
-        )
-    try:
-        parameters = algorithm.parameters.model_validate(block.parameters)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        pointer = "/parameters/" + "/".join(str(step) for step in first["loc"])
-        raise ParameterError(f"{pointer}: {first['msg']}.", pointer=pointer) from error
+    algorithm, parameters = _prepared(block.algorithm, block.parameters)
     with np.load(io.BytesIO(block.recording), allow_pickle=False) as arrays:
         recording = recording_from_arrays(arrays)
+    return _outcome(algorithm, recording, parameters, context)
+
+
+def _outcome(algorithm: Algorithm, recording: Recording, parameters: Any, context: BlockContext) -> Outcome:
     result = algorithm.run(recording, parameters, context)
-    context.check_cancelled()
     return Outcome(
         "done",
         arrays=dict(result.arrays),
@@ -192,6 +188,68 @@ def _compute(block: Block, context: BlockContext) -> Outcome:
         settings={name: asdict(setting) for name, setting in result.settings.items()},
         notes=tuple(asdict(note) for note in result.notes),
         software=software(),
+    )
+
+
+def _compute_trials(block: TrialsBlock, context: BlockContext) -> Outcome:
+    """Simulate, filter and score batch by batch; what leaves is sums, and the first trial whole as an example."""
+    scenario = scenarios_by_name().get(block.preset)
+    if scenario is None:
+        raise _unknown("scenario", block.preset)
+    conditions = _validated(scenario.parameters, block.scenario, "/scenario/parameters")
+    prepared = [_prepared(name, parameters) for name, parameters in block.variants]
+    legs = scenario.legs(conditions)
+    parts: list[list[Sums]] = [[] for _ in prepared]
+    seconds = np.zeros(len(prepared))
+    arrays: dict[str, Any] = {"seconds": seconds}
+    todo = batches(block.first, block.stop)
+    for done, (first, stop) in enumerate(todo):
+        recording = scenario.simulate(conditions, tuple(range(first, stop)), block.seed)
+        batch = replace(context, first_trial=first, report=lambda _: None)
+        for k, (algorithm, parameters) in enumerate(prepared):
+            context.check_cancelled()
+            assert algorithm.score is not None, "runs on scenarios are checked before they are queued"
+            began = time.perf_counter()
+            parts[k].append(sums_of(algorithm.score(recording, parameters, batch), legs, block.keep_every))
+            seconds[k] += time.perf_counter() - began
+            if first == 0 and algorithm.bound is not None:
+                bound = algorithm.bound(recording, parameters)
+                if bound is not None:
+                    arrays[f"{k}/bound"] = bound
+            context.progress((done + (k + 1) / len(prepared)) / len(todo))
+    for k, sums in enumerate(parts):
+        arrays |= {f"{k}/{name}": array for name, array in joined(sums).to_arrays().items()}
+    if block.first == 0:
+        one = scenario.simulate(conditions, (0,), block.seed)
+        for k, (algorithm, parameters) in enumerate(prepared):
+            example = _outcome(algorithm, one, parameters, replace(context, report=lambda _: None))
+            arrays |= {f"{k}/example/{name}": array for name, array in block_arrays(example).items()}
+        arrays |= {f"recording/{name}": array for name, array in one.to_arrays().items()}
+    return Outcome("done", arrays=arrays, software=software())
+
+
+def _prepared(name: str, given: Mapping[str, Any]) -> tuple[Algorithm, Any]:
+    """Return an algorithm with its checked parameters."""
+    algorithm = algorithms_by_name().get(name)
+    if algorithm is None:
+        raise _unknown("algorithm", name)
+    return algorithm, _validated(algorithm.parameters, given, "/parameters")
+
+
+def _validated(model: type[Parameters], given: Mapping[str, Any], pointer: str) -> Any:
+    try:
+        return model.model_validate(given)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        pointer = "/".join([pointer, *(str(step) for step in first["loc"])])
+        raise ParameterError(f"{pointer}: {first['msg']}.", pointer=pointer) from error
+
+
+def _unknown(what: str, name: str) -> ParameterError:
+    return ParameterError(
+        f"This worker knows no {what} {name!r}.",
+        remedy="Install the same version and the same plugins on server and workers.",
+        code=f"unknown_{what}",
     )
 
 

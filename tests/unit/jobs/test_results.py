@@ -9,7 +9,7 @@ import pytest
 from algorithms.result import Metric, Table
 from backend.files.store import Store
 from backend.jobs import results
-from backend.jobs.work import Outcome
+from backend.jobs.outcome import Outcome, block_arrays, outcome_of
 
 
 def outcome(offset: float = 0.0, **more: Table) -> Outcome:
@@ -32,7 +32,7 @@ def outcome(offset: float = 0.0, **more: Table) -> Outcome:
 def test_a_block_survives_the_store(tmp_path: Path) -> None:
     store = Store(tmp_path)
     before = outcome()
-    after = results.outcome_of(store.get_arrays(store.put_arrays(results.block_arrays(before))))
+    after = outcome_of(store.get_arrays(store.put_arrays(block_arrays(before))))
     np.testing.assert_array_equal(after.arrays["state"], before.arrays["state"])
     assert {n: list(t.rows()) for n, t in after.tables.items()} == {n: list(t.rows()) for n, t in before.tables.items()}
     assert after.metrics[0] == before.metrics[0]

@@ -6,6 +6,7 @@ from collections import deque
 import pytest
 
 from backend.db.runs import Entry, Run
+from backend.jobs.plan import plan_of
 from backend.jobs.schedule import ActiveRun, Flight, choose
 
 
@@ -30,7 +31,7 @@ def active(name: str, blocks: int = 3, second: int = 0) -> ActiveRun:
         software=None,
         result_sha256=None,
     )
-    return ActiveRun(run, deque(range(blocks)), set())
+    return ActiveRun(run, plan_of(run), deque(range(blocks)), set())
 
 
 def flight(run_id: str, position: int = 0, *, alone: bool = False) -> Flight:

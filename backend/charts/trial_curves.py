@@ -1,0 +1,153 @@
+"""Curves of a Monte Carlo run as the charts of trials draw them: one series for each label and its swept values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.result import Column
+from backend.charts import theme
+from backend.charts.decimate import Picked, curve
+from backend.charts.figure import Trace, line_of, trace
+from backend.charts.view import ChartOptions, Entry, RunView
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Series:
+    """One line: its place gives the colour, its name the label and the swept values in words."""
+
+    name: str
+    entry: Entry
+    columns: dict[str, NDArray[Any]]
+
+    @property
+    def time_s(self) -> Floats:
+        """Instants."""
+        return self.columns["time_s"]
+
+    @property
+    def trials(self) -> int:
+        """Of how many trials it tells."""
+        return int(self.columns["trials"][0])
+
+    def numbers(self, name: str) -> Floats:
+        """A column; NaN throughout where the series has none of this name."""
+        found = self.columns.get(name)
+        return np.full(self.time_s.size, np.nan) if found is None else found
+
+
+def series_of(view: RunView) -> list[Series]:
+    """Series of a view in the order of labels, swept values and, where there are several, targets."""
+    out: list[Series] = []
+    for entry in view.entries:
+        table = entry.table("curves")
+        if not len(table):
+            continue
+        keys = [name for name in table.names if "." in name]
+        targets = {t for t in table.columns["target"] if t}
+        if len(targets) > 1:
+            keys.append("target")
+        groups = list(zip(*(_words(table.columns[name]) for name in keys), strict=True)) if keys else [()] * len(table)
+        codes: dict[tuple[Any, ...], int] = {}
+        group = np.fromiter((codes.setdefault(g, len(codes)) for g in groups), np.int64, len(groups))
+        for values, code in codes.items():
+            rows = np.flatnonzero(group == code)
+            words = "".join(
+                f", {name.rpartition('.')[2]} = {value}" for name, value in zip(keys, values, strict=True) if value
+            )
+            columns = {n: np.asarray(c)[rows] for n, c in table.columns.items() if isinstance(c, np.ndarray)}
+            out.append(Series(f"{entry.label}{words}", replace(entry, index=len(out)), columns))
+    return out
+
+
+def _words(column: Column) -> list[str]:
+    """Values as words: numbers short, nothing where there is none."""
+    if isinstance(column, np.ndarray):
+        return ["" if not np.isfinite(v) else f"{v:g}" for v in column]
+    return [value or "" for value in column]
+
+
+def line(
+    series: Series, name: str, values: Floats, options: ChartOptions, picked: list[Picked], hover: str, **look: Any
+) -> Trace:
+    """One curve of a series over time."""
+    starts = np.zeros(values.size, np.bool_)
+    starts[:1] = True
+    positive = np.where(values > 0, values, np.nan)
+    points = curve(series.time_s, (np.log(positive),), starts, options.curve_points)
+    picked.append(points)
+    return trace(
+        "series",
+        points.take(series.time_s),
+        options.number(points.take(values)),
+        entry=series.entry,
+        name=name,
+        mode="lines",
+        line=line_of(series.entry) | look,
+        hovertemplate=f"<b>{name}</b><br>{hover}<br>%{{x:.5~g}} s<extra></extra>",
+    )
+
+
+def band(series: Series, low: Floats, high: Floats, points: int = 400) -> list[Trace]:
+    """95 % interval of a curve as a filled outline; of a long one every k-th instant."""
+    step = max(1, low.size // points)
+    rows = np.flatnonzero(np.isfinite(low) & np.isfinite(high))[::step]
+    if not rows.size:
+        return []
+    fill = theme.faint(theme.series_color(series.entry.index), theme.INTERVAL_OPACITY)
+    x = np.concatenate([series.time_s[rows], series.time_s[rows][::-1]])
+    y = np.concatenate([high[rows], low[rows][::-1]])
+    return [
+        trace(
+            "interval",
+            x,
+            y.astype(np.float32),
+            entry=series.entry,
+            mode="lines",
+            line={"width": 0},
+            fill="toself",
+            fillcolor=fill,
+            showlegend=False,
+            hoverinfo="skip",
+        )
+    ]
+
+
+def leg_shapes(legs: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
+    """Shading and names of the scenario's legs, as layout properties."""
+    shapes = [
+        {
+            "type": "rect",
+            "xref": "x",
+            "yref": "paper",
+            "x0": start,
+            "x1": stop,
+            "y0": 0,
+            "y1": 1,
+            "line": {"width": 0},
+            "fillcolor": theme.MEASUREMENT,
+            "opacity": 0.15 if i % 2 == 0 else 0.05,
+            "layer": "below",
+        }
+        for i, (_, start, stop) in enumerate(legs)
+    ]
+    names = [
+        {
+            "x": (start + stop) / 2,
+            "y": 1,
+            "xref": "x",
+            "yref": "paper",
+            "yanchor": "bottom",
+            "text": name,
+            "showarrow": False,
+            "font": {"size": 10, "color": theme.AXIS},
+        }
+        for name, start, stop in legs
+    ]
+    return {"shapes": shapes, "annotations": names}

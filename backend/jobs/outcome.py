@@ -1,0 +1,82 @@
+"""What became of a block, and its form in the store. Workers make it, the server keeps it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.result import Metric, Table
+from backend.files.store import json_array, json_of
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a block.
+
+    `arrays` are the result's, `tables` by name; `settings` say which value of each parameter was used and
+    where it came from; `error` is {"code", "detail", "remedy", "label", ...}; `trace` is for the run's log only.
+    """
+
+    kind: Literal["done", "failed", "cancelled"]
+    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
+    tables: dict[str, Table] = field(default_factory=dict)
+    metrics: tuple[Metric, ...] = ()
+    settings: dict[str, dict[str, Any]] = field(default_factory=dict)
+    notes: tuple[dict[str, Any], ...] = ()
+    seconds: float = 0.0
+    software: dict[str, str] = field(default_factory=dict)
+    error: dict[str, Any] | None = None
+    trace: str = ""
+
+
+def block_arrays(outcome: Outcome) -> dict[str, NDArray[Any]]:
+    """Return a finished block as arrays for the store."""
+    meta = {
+        "arrays": list(outcome.arrays),
+        "tables": list(outcome.tables),
+        "metrics": [asdict(m) for m in outcome.metrics],
+        "settings": outcome.settings,
+        "notes": list(outcome.notes),
+        "seconds": outcome.seconds,
+        "software": outcome.software,
+    }
+    out: dict[str, NDArray[Any]] = {"meta": json_array(finite(meta))}
+    out |= {f"array/{name}": np.asarray(array) for name, array in outcome.arrays.items()}
+    for name, table in outcome.tables.items():
+        out |= table.to_arrays(f"table/{name}")
+    return out
+
+
+def outcome_of(arrays: Mapping[str, NDArray[Any]]) -> Outcome:
+    """Return the finished block that `block_arrays` made arrays of."""
+    meta = json_of(arrays["meta"])
+    return Outcome(
+        "done",
+        arrays={name: arrays[f"array/{name}"] for name in meta["arrays"]},
+        tables={name: Table.from_arrays(arrays, f"table/{name}") for name in meta["tables"]},
+        metrics=tuple(Metric(**m) for m in meta["metrics"]),
+        settings=meta["settings"],
+        notes=tuple(meta["notes"]),
+        seconds=meta["seconds"],
+        software=meta["software"],
+    )
+
+
+def finite(value: Any) -> Any:
+    """Return plain JSON values; NaN and infinities, which JSON lacks, become None."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(k): finite(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return finite(value.tolist())
+    if isinstance(value, list | tuple):
+        return [finite(v) for v in value]
+    return value

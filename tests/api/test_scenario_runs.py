@@ -1,0 +1,121 @@
+"""Monte Carlo runs over HTTP: start, sweep, tables, the same bytes again, and what cannot start."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import httpx2
+import pytest
+
+from tests.api import conftest
+from tests.api.conftest import problem
+
+START = {"mode": "truth", "sd": [500, 50, 1]}
+SHORT = {"preset": "four_station_circuit", "parameters": {"duration_s": 59, "legs": [
+    {"name": "first", "start_s": 0, "stop_s": 30}, {"name": "second", "start_s": 30, "stop_s": 60}]}}  # fmt: skip
+
+
+def body(**changes: Any) -> dict[str, Any]:
+    entries = [{"name": name, "parameters": {"profile": "article", "start": START}} for name in ("rdf", "rdfv")]
+    return {"algorithms": entries, "scenario": SHORT, "trials": 70, "seed": 3} | changes
+
+
+def finished(api: httpx2.Client, run_id: str) -> dict[str, Any]:
+    return conftest.finished(api, f"/api/v1/runs/{run_id}")
+
+
+def rows(api: httpx2.Client, run: dict[str, Any], table: str) -> list[dict[str, Any]]:
+    found = api.get(f"/api/v1/runs/{run['id']}/tables/{table}.json").json()
+    return [dict(zip(found["columns"], row, strict=True)) for row in found["rows"]]
+
+
+@pytest.fixture(scope="module")
+def run(api: httpx2.Client) -> dict[str, Any]:
+    return finished(api, api.post("/api/v1/runs", json=body()).json()["id"])
+
+
+def test_metrics_come_with_intervals_over_trials(api: httpx2.Client, run: dict[str, Any]) -> None:
+    assert run["state"] == "succeeded", run["error"]
+    assert run["trials"] == 70
+    assert run["progress"] == {"done": 70, "total": 70, "eta_s": None}
+    headline = run["summary"]["rms_horizontal_m"]
+    assert set(headline) == {"rdf", "rdfv"}
+    low, high = headline["rdf"]["ci95"]
+    assert low < headline["rdf"]["value"] < high
+    metrics = rows(api, run, "metrics")
+    assert {row["segment"] for row in metrics} == {"", "first", "second"}
+    (whole,) = (r for r in metrics if (r["metric"], r["label"], r["segment"]) == ("rms_horizontal_m", "rdf", ""))
+    assert whole["value"] == headline["rdf"]["value"]
+    assert whole["n"] == 70 * 60
+
+
+def test_pairs_are_compared_and_curves_have_a_bound(api: httpx2.Client, run: dict[str, Any]) -> None:
+    pairs = [r for r in rows(api, run, "comparisons") if (r["metric"], r["segment"]) == ("rms_horizontal_m", "")]
+    assert [(p["label"], p["against"], p["n"]) for p in pairs] == [("rdf", "rdfv", 70)]
+    assert pairs[0]["verdict"] == "larger", "the altitude helps from the first minute on"
+    curves = rows(api, run, "curves")
+    assert len(curves) == 2 * 60
+    for row in curves[5:60]:
+        assert row["bound_horizontal_m"] == pytest.approx(row["claimed_horizontal_m"], rel=0.2)
+        assert row["rms_horizontal_m_low"] < row["rms_horizontal_m"] < row["rms_horizontal_m_high"]
+    assert {r["verdict"] for r in rows(api, run, "consistency")} <= {"honest", "optimistic", "pessimistic", "mixed"}
+    assert len(rows(api, run, "states")) == 2 * 60, "the first trial as an example"
+
+
+def test_charts_draw_the_statistics_and_the_example(api: httpx2.Client, run: dict[str, Any]) -> None:
+    names = [c["name"] for c in api.get(f"/api/v1/runs/{run['id']}/charts").json()["items"]]
+    assert names[:3] == ["trials_error", "trials_consistency", "trials_lost"], "a sweep's chart only where one is"
+    for name in names:
+        figure = api.get(f"/api/v1/runs/{run['id']}/charts/{name}.json").json()
+        assert figure["data"] or figure["layout"]["meta"]["not_applicable"] == "nothing_lost", name
+
+
+def test_the_same_run_gives_the_same_bytes(api: httpx2.Client, run: dict[str, Any]) -> None:
+    again = finished(api, api.post("/api/v1/runs", json=body()).json()["id"])
+    assert again["result_sha256"] == run["result_sha256"]
+
+
+def test_a_sweep_has_a_column_for_each_name(api: httpx2.Client) -> None:
+    sweep = {"scenario.sigma_toa_ns": [5, 20], "rdfv.sigma_altitude_m": [30, 100, 300]}
+    run = finished(api, api.post("/api/v1/runs", json=body(sweep=sweep, trials=4)).json()["id"])
+    assert run["state"] == "succeeded", run["error"]
+    assert run["progress"]["total"] == 8
+    metrics = [r for r in rows(api, run, "metrics") if (r["metric"], r["segment"]) == ("rms_horizontal_m", "")]
+    cells = [(r["label"], r["scenario.sigma_toa_ns"], r["rdfv.sigma_altitude_m"]) for r in metrics]
+    assert cells == [("rdf", s, None) for s in (5, 20)] + [("rdfv", s, h) for h in (30, 100, 300) for s in (5, 20)]
+    assert all(a["value"] < b["value"] for a, b in zip(metrics[::2], metrics[1::2], strict=True)), (
+        "more noise, more error"
+    )
+    assert len(rows(api, run, "curves")) == 8 * 60
+    assert set(run["settings"]["rdfv"]["sigma_altitude_m"]["value"]) == {30, 100, 300}
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "pointer"),
+    [
+        ({"scenario": {"preset": "nowhere"}}, "scenario_not_found", "/scenario/preset"),
+        ({"scenario": {"preset": "four_station_circuit", "parameters": {"sigma_toa_ns": 0}}}, "validation",
+         "/scenario/parameters/sigma_toa_ns"),
+        ({"trials": 0}, "validation", "/trials"),
+        ({"trials": 10**9}, "validation", "/trials"),
+        ({"sweep": {"nobody.sigma_altitude_m": [1]}}, "sweep_unknown", "/sweep/nobody.sigma_altitude_m"),
+        ({"sweep": {"rdf.sigma_altitude_m": [1]}}, "sweep_unknown", "/sweep/rdf.sigma_altitude_m"),
+        ({"sweep": {"rdfv.sigma_altitude_m": [100, -1]}}, "validation", "/sweep/rdfv.sigma_altitude_m"),
+        ({"sweep": {"scenario.sigma_toa_ns": [5, 0]}}, "validation", "/sweep/scenario.sigma_toa_ns"),
+        ({"sweep": {"rdfv.sigma_altitude_m": [1, 1]}}, "sweep_repeated", "/sweep/rdfv.sigma_altitude_m"),
+        ({"sweep": {"rdfv.sigma_altitude_m": []}}, "validation", "/sweep/rdfv.sigma_altitude_m"),
+        ({"recording_id": "x"}, "source_missing", "/scenario"),
+    ],
+)  # fmt: skip
+def test_what_cannot_start(api: httpx2.Client, change: dict[str, Any], code: str, pointer: str) -> None:
+    problem(api.post("/api/v1/runs", json=body(**change)), 422, code, pointer)
+
+
+def test_a_sweep_of_a_million_cells_is_refused_with_the_count(api: httpx2.Client) -> None:
+    sweep = {
+        "scenario.sigma_toa_ns": list(range(1, 1001)),
+        "rdfv.sigma_altitude_m": list(range(1, 501)),
+        "rdf.sigma_jerk_mps3": list(range(1, 501)),
+    }
+    found = problem(api.post("/api/v1/runs", json=body(sweep=sweep)), 422, "sweep_too_large", "/sweep")
+    assert "1,000,000" in found["detail"]
