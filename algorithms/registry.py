@@ -14,6 +14,7 @@ from types import ModuleType
 
 import algorithms
 from algorithms.spec import Algorithm, Scenario
+from algorithms.studies import Study
 
 # Not families: the shared toolbox has no declarations, and importing all of it would only cost time.
 _SKIPPED = ("algorithms.toolbox",)
@@ -50,5 +51,17 @@ def scenarios_by_name() -> dict[str, Scenario]:
         for declared in getattr(module, "SCENARIOS", ()):
             if declared.name in out:
                 raise RuntimeError(f"two scenarios are called {declared.name!r}; the second is in {module.__name__}")
+            out[declared.name] = declared
+    return out
+
+
+@cache
+def studies_by_name() -> dict[str, Study]:
+    """All reproductions of figures, tables and claims."""
+    out: dict[str, Study] = {}
+    for module in _modules():
+        for declared in getattr(module, "STUDIES", ()):
+            if declared.name in out:
+                raise RuntimeError(f"two studies are called {declared.name!r}; the second is in {module.__name__}")
             out[declared.name] = declared
     return out

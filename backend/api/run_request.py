@@ -12,8 +12,9 @@ from pydantic import ValidationError
 from algorithms.spec import Algorithm
 from backend.api.algorithms import catalogue
 from backend.api.run_scenario import ScenarioRun, checked_scenario
-from backend.api.run_schemas import EntryIn, RunIn
+from backend.api.run_schemas import EntryIn, RunIn, ScenarioIn
 from backend.api.services import Services
+from backend.api.studies import studies
 from backend.db import recordings
 from backend.db.recordings import Recording
 from backend.db.runs import Entry
@@ -23,18 +24,15 @@ from backend.http.problems import ProblemError, ProblemItem, items_of, pointer_o
 # Kinds whose numbers mean nothing without the places of the stations.
 _NEEDS_SITE = {"toa_marks": "stations", "doppler_pairs": "transmitters and receivers"}
 
-_LATER = {
-    "study": ("study_not_available", "Studies cannot be run yet; give `algorithms` and a source."),
-}
-
 
 @dataclass(frozen=True)
 class CheckedRun:
     """A run that can start.
 
-    `source` is what is stored of its origin; `rows` are instants of one trial times algorithms and their variants.
+    `request` is what was asked for, a study spread out; `source` is what is stored of its origin.
     """
 
+    request: RunIn
     entries: list[Entry]
     source: Mapping[str, Any]
     recording: Recording | None
@@ -61,7 +59,8 @@ class CheckedRun:
 
 def checked(services: Services, request: RunIn) -> CheckedRun:
     """Return a run that can start, or everything that is wrong with it."""
-    _refuse_what_comes_later(request)
+    study = request.study
+    request = _spread_out(request)
     _one_source(request)
     recording = None if request.scenario is not None else _recording(services, request)
     problems: list[ProblemItem] = []
@@ -75,12 +74,13 @@ def checked(services: Services, request: RunIn) -> CheckedRun:
         problems += _of_recording(request, recording)
         source = {"recording_id": recording.id, "name": recording.name, "kind": recording.kind}
         if not problems:
-            return CheckedRun(entries, source, recording, None)
+            return CheckedRun(request, entries, source, recording, None)
     else:
         scenario, more = checked_scenario(request, entries) if not problems else (None, [])
         problems += more
         if scenario is not None and not problems:
-            return CheckedRun(entries, scenario.source, None, scenario)
+            about = {"study": study} if study is not None else {}
+            return CheckedRun(request, entries, {**scenario.source, **about}, None, scenario)
     first = problems[0].code
     code = first if all(p.code == first for p in problems) and first in _OWN_CODES else "validation"
     raise ProblemError(422, code, summary_of(problems), errors=problems)
@@ -110,7 +110,7 @@ def _of_recording(request: RunIn, recording: Recording) -> list[ProblemItem]:
 _OWN_CODES = (
     "site_missing", "kind_mismatch", "algorithm_not_found", "label_repeated", "trials_of_a_recording",
     "sweep_of_a_recording", "scenario_not_found", "sweep_too_large", "sweep_unknown", "sweep_repeated",
-    "no_monte_carlo", "scenario_too_long", "scenario_empty",
+    "study_not_found", "study_is_whole", "no_monte_carlo", "scenario_too_long", "scenario_empty",
 )  # fmt: skip
 
 
@@ -122,10 +122,27 @@ def _fail(pointer: str, detail: str, code: str) -> ProblemError:
     return ProblemError(422, code, detail, errors=[_item(pointer, detail, code)])
 
 
-def _refuse_what_comes_later(request: RunIn) -> None:
-    for field, (code, detail) in _LATER.items():
-        if getattr(request, field) is not None:
-            raise _fail(f"/{field}", detail, code)
+def _spread_out(request: RunIn) -> RunIn:
+    """Return the run that a study is a recipe for; any other request as it is."""
+    if request.study is None:
+        return request
+    for name in ("algorithms", "recording_id", "recording_ids", "scenario", "sweep"):
+        if getattr(request, name):
+            detail = f"A study brings its own algorithms, scenario and sweep: leave out `{name}`, or `study`."
+            raise _fail(f"/{name}", detail, "study_is_whole")
+    study = studies().get(request.study)
+    if study is None:
+        detail = f"There is no study {request.study!r}; there are {', '.join(studies())}."
+        raise _fail("/study", detail, "study_not_found")
+    return RunIn(
+        algorithms=[EntryIn(name=e.name, label=e.label, parameters=dict(e.parameters)) for e in study.entries],
+        scenario=ScenarioIn(preset=study.scenario, parameters=dict(study.scenario_parameters)),
+        sweep={name: list(values) for name, values in study.sweep.items()} or None,
+        trials=study.trials if request.trials is None else request.trials,
+        seed=study.seed if request.seed is None else request.seed,
+        label=request.label or study.title,
+        tags=request.tags,
+    )
 
 
 def _one_source(request: RunIn) -> None:

@@ -60,9 +60,9 @@ def queue_run(
             algorithms=run_in.entries,
             source=run_in.source,
             recording_ids=run_in.recording_ids,
-            label=body.label,
+            label=run_in.request.label,
             tags=body.tags,
-            seed=body.seed or 0,
+            seed=run_in.request.seed or 0,
             trials=run_in.trials,
             progress_total=run_in.progress_total,
         )

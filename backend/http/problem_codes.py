@@ -103,7 +103,9 @@ PROBLEMS: dict[str, Kind] = {
     "sweep_unknown": Kind("The sweep names no parameter of the run", "Write `<label>.<name>` or `scenario.<name>`."),
     "sweep_repeated": Kind("A value is swept twice", "Each value makes one row; leave the second out."),
     "sweep_not_comparable": Kind("A run with a sweep stands by itself", "Its own tables compare what it varies."),
-    "study_not_available": Kind("Studies cannot be run yet", "Give algorithms and a source."),
+    "study_not_found": Kind("No such study", "GET /api/v1/studies lists them."),
+    "study_is_whole": Kind("A study brings everything but trials and seed", "Leave the other fields out."),
+    "study_mismatch": Kind("The study cannot judge this run", "Its judge did not find a number that it needs."),
     "recordings_not_available": Kind("Several recordings cannot be run together yet", "Give one."),
     # Data and parameters.
     "input": Kind("The data or the parameters cannot be used", "The detail says which and why."),

@@ -98,7 +98,9 @@ def finish(database: Database, store: Store, run: runs.Run, plan: Plan) -> None:
     with database.read() as connection:
         blobs = outcomes.finished_blocks(connection, run.id)
     if isinstance(plan, TrialsPlan):
-        composed = trial_results.compose(plan, {p: store.get_arrays(blob) for p, blob in blobs.items()})
+        composed = trial_results.compose(
+            plan, {p: store.get_arrays(blob) for p, blob in blobs.items()}, run.source.get("study")
+        )
     else:
         blocks = [outcome_of(store.get_arrays(blobs[p])) for p in range(plan.size)]
         composed = results.compose([e.label for e in run.algorithms], blocks)

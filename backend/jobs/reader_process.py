@@ -230,6 +230,7 @@ def _seen(found: Preview) -> ReadAnswer:
             "rows": found.rows,
             "kind": found.suggestion.kind,
             "mapping": {n: s.model_dump(exclude_none=True) for n, s in found.suggestion.mapping.items()},
+            "options": found.options,
             "error": None if error is None else _failure(error.code, error.message, error.remedy, error.pointer).error,
         },
     )

@@ -13,7 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.errors import AlgorithmError
+from algorithms.registry import studies_by_name
 from algorithms.result import Column, Metric, Table
+from algorithms.studies import StudyRun
 from algorithms.toolbox.monte_carlo.running import Running
 from algorithms.toolbox.monte_carlo.sums import Sums
 from backend.db.outcomes import StoredTable
@@ -27,8 +30,8 @@ Arrays = Mapping[str, NDArray[Any]]
 _METRIC_COLUMNS = ("value", "ci95_low", "ci95_high")
 
 
-def compose(plan: TrialsPlan, blocks: Mapping[int, Arrays]) -> results.Composed:
-    """Put the finished blocks of a run together, in the order of its cells and trials."""
+def compose(plan: TrialsPlan, blocks: Mapping[int, Arrays], study: str | None = None) -> results.Composed:
+    """Put the finished blocks of a run together, in the order of its cells and trials; judge what a study claims."""
     statistics = {cell.index: _running(plan, blocks, cell.index) for cell in plan.cells}
     firsts = {cell.index: plan.positions_of(cell.index)[0] for cell in plan.cells}
     bounds = {(cell, k): bound for cell, p in firsts.items() for k, bound in bounds_in(blocks[p]).items()}
@@ -48,6 +51,9 @@ def compose(plan: TrialsPlan, blocks: Mapping[int, Arrays]) -> results.Composed:
     kept = [table for table in composed.tables if table.name != "metrics"]
     metrics = measured(plan, statistics, quantiles=True)
     tables = [*kept, *small_tables(plan, statistics, metrics)]
+    if study is not None:
+        curves = {label: Table.from_arrays(arrays, f"tables/curves/{label}") for label in labels}
+        tables.append(_claims(study, tables, results.joined(curves)))
     entries = [
         {
             **entry,
@@ -250,6 +256,29 @@ def _stacked(parts: list[dict[str, Column]]) -> Table:
         else:
             out[name] = [value for column in columns for value in column]
     return Table(out)
+
+
+def _claims(study: str, tables: list[StoredTable], curves: Table) -> StoredTable:
+    """Table `claims`: what the paper says, our number, and whether it holds."""
+    found = {t.name: results.table_of_stored(t) for t in tables if t.name in ("metrics", "comparisons", "consistency")}
+    declared = studies_by_name()[study]
+    try:
+        verdicts = declared.judge(StudyRun({**found, "curves": curves}))
+    except (LookupError, ZeroDivisionError) as error:
+        raise AlgorithmError(
+            f"The study {study} did not find a number that it judges by: {error}",
+            remedy="Run it with more trials; two are the least.",
+            code="study_mismatch",
+        ) from error
+    columns = [
+        ("figure", "text"), ("claim", "text"), ("paper", "text"), ("value", "number"), ("ci95_low", "number"),
+        ("ci95_high", "number"), ("unit", "text"), ("verdict", "text"), ("reason", "text"),
+    ]  # fmt: skip
+    rows = [
+        [v.claim.figure, v.claim.claim, v.claim.paper, v.value, v.ci95_low, v.ci95_high, v.unit, v.verdict, v.reason]
+        for v in verdicts
+    ]
+    return StoredTable("claims", columns, finite(rows))
 
 
 def _single_values(plan: TrialsPlan, statistics: Mapping[int, Running], label: str) -> dict[str, NDArray[Any]]:

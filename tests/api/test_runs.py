@@ -90,7 +90,7 @@ def test_a_list_shows_of_a_run_what_its_own_page_shows_but_for_what_is_long(
         ({"recording_ids": ["a", "b"], "recording_id": None}, "recordings_not_available", "/recording_ids"),
         ({"scenario": {"preset": "x"}}, "source_missing", "/scenario"),
         ({"scenario": {"preset": "x"}, "recording_id": None}, "scenario_not_found", "/scenario/preset"),
-        ({"study": "x"}, "study_not_available", "/study"),
+        ({"study": "x"}, "study_is_whole", "/algorithms"),
         ({"sweep": {"a.b": [1]}}, "sweep_of_a_recording", "/sweep"),
         ({"trials": 2}, "trials_of_a_recording", "/trials"),
         ({"seed": -1}, "validation", "/seed"),

@@ -119,3 +119,29 @@ def test_a_sweep_of_a_million_cells_is_refused_with_the_count(api: httpx2.Client
     }
     found = problem(api.post("/api/v1/runs", json=body(sweep=sweep)), 422, "sweep_too_large", "/sweep")
     assert "1,000,000" in found["detail"]
+
+
+def test_a_study_runs_and_judges_its_claims(api: httpx2.Client) -> None:
+    (study,) = (s for s in api.get("/api/v1/studies").json()["items"] if s["name"] == "multilateration_figure_3")
+    assert api.get(f"/api/v1/studies/{study['name']}").json() == study
+    queued = api.post("/api/v1/runs", json={"study": study["name"], "trials": 2})
+    assert queued.status_code == 202, queued.text
+    run = finished(api, queued.json()["id"])
+    assert run["state"] == "succeeded", run["error"]
+    assert (run["label"], run["source"]["study"], run["seed"]) == (study["title"], study["name"], study["seed"])
+    claims = rows(api, run, "claims")
+    assert [c["claim"] for c in claims] == [c["claim"] for c in study["claims"]]
+    assert {c["verdict"] for c in claims} <= {"reproduced", "partly", "not", "shown"}
+    assert claims[2]["value"] == pytest.approx(471.94 / 454.52, abs=0.001), "specification 8.1, first line"
+
+
+@pytest.mark.parametrize(
+    ("body", "code", "pointer"),
+    [
+        ({"study": "nothing"}, "study_not_found", "/study"),
+        ({"study": "multilateration_figure_3", "sweep": {"a.b": [1]}}, "study_is_whole", "/sweep"),
+    ],
+)
+def test_what_is_no_study(api: httpx2.Client, body: dict[str, Any], code: str, pointer: str) -> None:
+    problem(api.post("/api/v1/runs", json=body), 422, code, pointer)
+    problem(api.get("/api/v1/studies/nothing"), 404, "study_not_found")
