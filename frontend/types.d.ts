@@ -187,6 +187,27 @@ export interface Output {
   categories?: string[];
 }
 
+export interface Scenario {
+  name: string;
+  title: string;
+  summary: string;
+  family: string;
+  kind: string;
+  parameters_schema: ParametersSchema;
+  references: Reference[];
+}
+
+export interface ScenarioPreview {
+  rows: number;
+  unheard: number;
+  complete_share: number | null;
+  time_span_s: [number, number];
+  targets: string[];
+  legs: { name: string; start_s: number; stop_s: number }[];
+  site: Site;
+  charts: Record<string, Figure>;
+}
+
 export interface Algorithm {
   name: string;
   title: string;

@@ -65,9 +65,5 @@ def _items(scenario: Scenario, error: ValidationError, pointer: str) -> list[Pro
 
 
 def _impossible(error: InputError, pointer: str) -> ProblemError:
-    place = f"{pointer}/parameters{error.pointer}"
-    detail = f"{error.message[:1].upper()}{error.message[1:]}."
-    if error.remedy:
-        detail += f" {error.remedy[:1].upper()}{error.remedy[1:]}."
-    item = ProblemItem(pointer=place, detail=detail, code=error.code)
+    item = ProblemItem(pointer=f"{pointer}/parameters{error.pointer}", detail=str(error), code=error.code)
     return ProblemError(422, item.code, summary_of([item]), errors=[item])

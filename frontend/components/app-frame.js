@@ -22,6 +22,7 @@ const PLACES = [
   { name: "runs", key: "nav.runs" },
   { name: "new", key: "nav.new" },
   { name: "recordings", key: "nav.recordings" },
+  { name: "scenarios", key: "nav.scenarios" },
   { name: "algorithms", key: "nav.algorithms" },
 ];
 
@@ -31,6 +32,7 @@ const PAGES = /** @type {Record<string, [string, string | null]>} */ ({
   new: ["new-page", null],
   compare: ["compare-page", null],
   recordings: ["recordings-page", "recording-page"],
+  scenarios: ["scenarios-page", null],
   algorithms: ["algorithms-page", "algorithm-page"],
   about: ["about-page", null],
 });

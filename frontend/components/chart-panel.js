@@ -29,7 +29,7 @@ const POINTS = 1500;
 const MOST_POINTS = 60000;
 
 export class ChartPanel extends HTMLElement {
-  /** Where the chart's data are: `runs/ID/charts/plan`. */
+  /** Where the chart's data are: `runs/ID/charts/plan`; empty where figures are given (`give`). */
   source = "";
   /** What the addresses of its data ask for besides. @type {Query} */
   query = {};
@@ -66,9 +66,9 @@ export class ChartPanel extends HTMLElement {
     put(this,
       h("div", { class: "head" },
         h("h2", { class: "clip", title: this.heading }, this.heading), this.note,
-        h("div", { class: "actions" }, this.tableButton,
+        h("div", { class: "actions" }, this.source ? this.tableButton : null,
           h("button", { class: "plain", type: "button", title: t("chart.expand"), "aria-label": `${t("chart.expand")}: ${this.heading}`, onclick: () => this.toggleFullscreen() }, icon("expand")),
-          chartMenu(this))),
+          this.source ? chartMenu(this) : null)),
       this.body, this.cursor.strip, ...this.foot, this.cursor.told);
     this.cursor.listen(signal);
     themes.addEventListener("change", () => this.draw(), { signal });
@@ -90,8 +90,17 @@ export class ChartPanel extends HTMLElement {
     this.figure = null;
   }
 
+  /** Draw a figure that somebody else has fetched. @param {Figure} figure */
+  async give(figure) {
+    this.figure = figure;
+    this.plotly ??= await loadPlotly();
+    // A later figure may have come meanwhile; it draws itself.
+    if (this.figure === figure) await this.draw();
+  }
+
   /** Fetch the figure and draw it; called again when the run has moved on or something else is asked for. */
   async load() {
+    if (!this.source) return;
     this.asked += 1;
     const turn = this.asked;
     this.body?.setAttribute("aria-busy", "true");
@@ -164,7 +173,7 @@ export class ChartPanel extends HTMLElement {
     const parts = [];
     if (about.decimated) {
       parts.push(h("span", { class: "nowrap" }, t("chart.decimated", { shown: formatCount(about.decimated.shown), of: formatCount(about.decimated.of) })),
-        about.decimated.of <= MOST_POINTS ? h("button", { class: "link", type: "button", onclick: () => this.setFull(true) }, t("chart.all_points"))
+        !this.source ? null : about.decimated.of <= MOST_POINTS ? h("button", { class: "link", type: "button", onclick: () => this.setFull(true) }, t("chart.all_points"))
           : h("a", { href: this.address("csv"), download: "" }, t("chart.all_in_csv")));
     } else if (this.full) {
       parts.push(h("button", { class: "link", type: "button", onclick: () => this.setFull(false) }, t("chart.fewer_points")));

@@ -12,6 +12,7 @@ const KEYS = [
   [["g", "r"], "keys.runs"],
   [["g", "d"], "keys.recordings"],
   [["g", "a"], "keys.algorithms"],
+  [["g", "s"], "keys.scenarios"],
   [["n"], "keys.new"],
   [["/"], "keys.filter"],
   [["j", "k"], "keys.rows"],
@@ -26,7 +27,7 @@ const KEYS = [
 ];
 
 /** @type {Record<string, string>} */
-const PLACES = { r: "#/runs", d: "#/recordings", a: "#/algorithms" };
+const PLACES = { r: "#/runs", d: "#/recordings", a: "#/algorithms", s: "#/scenarios" };
 // After `g` the second key must come within this time.
 const PAIR_MS = 1500;
 

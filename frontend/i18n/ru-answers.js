@@ -103,12 +103,6 @@ export default {
   "give a covariance matrix, or standard deviations in `sd`": "задайте ковариационную матрицу или СКО в `sd`",
   "a point lies farther out than the Earth is wide, so it has no height there": "точка дальше размеров Земли, высоты там нет;",
   "check the unit of the coordinates (metres) and the altitude": "проверьте единицу координат (метры) и высоту",
-  "instants from {1} to {2} s do not lie in the trajectory's 0 to {3} s": "моменты от {1} до {2} с вне траектории, от 0 до {3} с;",
-  "lengthen the segments or shorten the observation": "удлините участки или сократите наблюдение",
-  "segment {1} ends with a speed of {2} m/s": "участок {1} кончается скоростью {2} м/с;",
-  "keep the speed between 0 and {1} m/s": "держите скорость от 0 до {1} м/с",
-  "segment {1} ends at an altitude of {2} m, below the ground": "участок {1} кончается на высоте {2} м, под землёй;",
-  "climb less steeply down, or start higher": "снижайтесь не так круто или начните выше",
   // the request
   "A body of type {1} is not taken; send multipart/form-data with `file`, or application/json with `from_recording_id`.": "Содержимое вида {1} не принимается; пошлите multipart/form-data с `file` или application/json с `from_recording_id`.",
   "A body of type {1} is not taken; send multipart/form-data with `file`, the raw file as application/octet-stream, or application/json with `from_recording_id`.": "Содержимое вида {1} не принимается; пошлите multipart/form-data с `file`, сам файл как application/octet-stream или application/json с `from_recording_id`.",

@@ -184,7 +184,7 @@ class MarkScenario(Parameters):
     """Altitudes are rounded to its multiples: 30.48 and 7.62 are 100 ft and 25 ft, 0 is none."""
     decoding_probability: float = parameter(1.0, title="Decoding probability", unit="1", group="altitude", ge=0, le=1)
     """Share of marks with an altitude."""
-    legs: tuple[NamedInterval, ...] = parameter((), title="Legs", group="legs", advanced=True, max_length=50)
+    legs: tuple[NamedInterval, ...] = parameter((), title="Legs", group="legs", max_length=50)
     """Intervals whose metrics are given apart."""
 
     @field_validator("stations")

@@ -87,7 +87,7 @@ def _names(parameters: MarkScenario) -> tuple[str, ...]:
     for i, name in enumerate(names):
         if name in names[:i]:
             raise ParameterError(
-                f"two targets are called {name!r}", pointer=f"/targets/{i}/name", remedy="give each its own name"
+                f"Two targets are called {name!r}.", pointer=f"/targets/{i}/name", remedy="Give each its own name."
             )
     return names
 
@@ -108,9 +108,9 @@ def _marks(parameters: MarkScenario, earth: Floats) -> tuple[Floats, NDArray[np.
     time = np.concatenate(times)
     if not time.size:
         raise ParameterError(
-            "no target sends a mark",
+            "No target sends a mark.",
             pointer="/timing",
-            remedy="look at gaps, duration and, with interrogators, at the reply probability",
+            remedy="Look at gaps, duration and, with interrogators, at the reply probability.",
         )
     order = np.argsort(time, kind="stable")
     target_index = np.repeat(np.arange(len(times)), [t.size for t in times])
@@ -146,22 +146,22 @@ def _receptions(parameters: MarkScenario, time: Floats) -> Floats:
         where = f"/receptions/{i}"
         if len(given) != count:
             raise ParameterError(
-                f"interval {i + 1} has {len(given)} probabilities for {count} stations",
+                f"Interval {i + 1} has {len(given)} probabilities for {count} stations.",
                 pointer=f"{where}/probabilities",
-                remedy="give one for each station, in their order",
+                remedy="Give one for each station, in their order.",
             )
         if not all(0 <= p <= 1 for p in given):
             raise ParameterError(
-                f"the probabilities of interval {i + 1} do not all lie between 0 and 1",
+                f"The probabilities of interval {i + 1} do not all lie between 0 and 1.",
                 pointer=f"{where}/probabilities",
-                remedy="give shares of marks, 0.9 for nine in ten",
+                remedy="Give shares of marks, 0.9 for nine in ten.",
             )
         stop = np.inf if interval.stop_s is None else interval.stop_s
         if stop <= interval.start_s:
             raise ParameterError(
-                f"interval {i + 1} ends at {stop:g} s, not after its beginning",
+                f"Interval {i + 1} ends at {stop:g} s, not after its beginning.",
                 pointer=f"{where}/stop_s",
-                remedy="make it later, or leave it out",
+                remedy="Make it later, or leave it out.",
             )
         probability[(time >= interval.start_s) & (time < stop)] = given
     return probability * parameters.reception_probability
@@ -181,8 +181,8 @@ def _delays(parameters: MarkScenario) -> tuple[float, float]:
     least, most = parameters.outlier_least_ns, parameters.outlier_most_ns
     if most < least:
         raise ParameterError(
-            f"the largest delay, {most:g} ns, is less than the least one, {least:g} ns",
+            f"The largest delay, {most:g} ns, is less than the least one, {least:g} ns.",
             pointer="/outlier_most_ns",
-            remedy="exchange the two",
+            remedy="Exchange the two.",
         )
     return 1e-9 * least, 1e-9 * most

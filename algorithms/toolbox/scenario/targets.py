@@ -127,9 +127,9 @@ class PointPath:
         if (np.diff(t) <= 0).any():
             i = int(np.flatnonzero(np.diff(t) <= 0)[0]) + 1
             raise ParameterError(
-                f"point {i + 1} is not later than the one before it",
+                f"Point {i + 1} is not later than the one before it.",
                 pointer=f"/points/{i}/time_s",
-                remedy="put the points into the order of time, each instant once",
+                remedy="Put the points into the order of time, each instant once.",
             )
         plan = np.array([(p.east_m, p.north_m) for p in points])
         local = np.column_stack([plan, [0.0 if p.up_m is None else p.up_m for p in points]])
@@ -151,10 +151,10 @@ def _refuse_what_cannot_be_flown(spline: object, knots: Floats) -> None:
     if wrong.any():
         i = int(np.flatnonzero(wrong)[0])
         raise ParameterError(
-            f"at {looks[i]:g} s the path through the points is {altitude[i]:.4g} m high and {speed[i]:.4g} m/s fast; "
-            f"it must stay above the ground and below {MAX_SPEED_MPS:g} m/s",
+            f"At {looks[i]:g} s the path through the points is {altitude[i]:.4g} m high and {speed[i]:.4g} m/s fast; "
+            f"it must stay above the ground and below {MAX_SPEED_MPS:g} m/s.",
             pointer=f"/points/{min(i // _LOOKS, len(knots) - 1)}",
-            remedy="move the points near it, or give more of them",
+            remedy="Move the points near it, or give more of them.",
         )
 
 
@@ -163,7 +163,7 @@ def path_of(target: Target) -> Path:
     if target.segments:
         return SegmentPath(target, target.start_s, target.start_s + sum(s.duration_s for s in target.segments))
     if len(target.points) < 2:
-        raise ParameterError("one point is no path", pointer="/points", remedy="give at least two points")
+        raise ParameterError("One point is no path.", pointer="/points", remedy="Give at least two points.")
     return PointPath(target, target.start_s + target.points[0].time_s, target.start_s + target.points[-1].time_s)
 
 
@@ -171,5 +171,11 @@ def states_of(path: Path, times_s: Floats, earth: Floats, pointer: str) -> Traje
     """Return the true states at these instants and complain, with the target's pointer, about what cannot be."""
     try:
         return path.at(times_s, earth)
-    except (ParameterError, FrameError) as error:
+    except ParameterError as error:
         raise ParameterError(error.message, pointer=pointer + error.pointer, remedy=error.remedy) from error
+    except FrameError as error:
+        raise ParameterError(
+            "The path goes farther out than the Earth is wide.",
+            pointer=pointer,
+            remedy="Check the coordinates, which are in metres, and the altitude.",
+        ) from error

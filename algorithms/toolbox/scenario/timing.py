@@ -39,7 +39,7 @@ class Gap(Parameters):
 
     start_s: float = parameter(title="From", unit="s", group="timing", ge=0, le=1e6)
     """First instant without marks."""
-    stop_s: float = parameter(title="To", unit="s", group="timing", ge=0, le=1e6)
+    stop_s: float = parameter(title="To", unit="s", group="timing", gt=0, le=1e6)
     """First instant with marks again."""
 
 
@@ -61,7 +61,7 @@ def irregular_times(
     """Intervals of `minimum_s` and an exponential remainder of mean `mean_extra_s`, added up from the beginning."""
     if minimum_s + mean_extra_s < 1e-6:
         raise ParameterError(
-            "the intervals between marks are zero", pointer="/minimum_interval_s", remedy="make one of the two larger"
+            "The intervals between marks are zero.", pointer="/minimum_interval_s", remedy="Make one of the two larger."
         )
     mean = minimum_s + mean_extra_s
     _refuse_too_many(int((end_s - begin_s) / mean), "/mean_extra_interval_s")
@@ -93,9 +93,9 @@ def outside_gaps(times_s: Floats, gaps: Sequence[Gap]) -> Floats:
     for i, gap in enumerate(gaps):
         if gap.stop_s <= gap.start_s:
             raise ParameterError(
-                f"gap {i + 1} ends at {gap.stop_s:g} s, not after its beginning at {gap.start_s:g} s",
+                f"Gap {i + 1} ends at {gap.stop_s:g} s, not after its beginning at {gap.start_s:g} s.",
                 pointer=f"/gaps/{i}/stop_s",
-                remedy="exchange the two, or remove the gap",
+                remedy="Exchange the two, or remove the gap.",
             )
         keep &= (times_s < gap.start_s) | (times_s >= gap.stop_s)
     return times_s[keep]
@@ -104,7 +104,7 @@ def outside_gaps(times_s: Floats, gaps: Sequence[Gap]) -> Floats:
 def _refuse_too_many(count: int, pointer: str) -> None:
     if count > MAX_MARKS:
         raise ParameterError(
-            f"this would make {count:,} marks of one target; a recording takes at most {MAX_MARKS:,}",
+            f"This would make {count:,} marks of one target; a recording takes at most {MAX_MARKS:,}.",
             pointer=pointer,
-            remedy="make the observation shorter or the marks rarer",
+            remedy="Make the observation shorter or the marks rarer.",
         )

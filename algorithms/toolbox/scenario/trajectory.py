@@ -77,9 +77,9 @@ def fly(
     total = sum(s.duration_s for s in segments)
     if times.size and not (times.min() >= 0 and times.max() <= total + 1e-9):
         raise ParameterError(
-            f"instants from {times.min():g} to {times.max():g} s do not lie in the trajectory's 0 to {total:g} s",
+            f"Instants from {times.min():g} to {times.max():g} s do not lie in the trajectory's 0 to {total:g} s.",
             pointer="/segments",
-            remedy="lengthen the segments or shorten the observation",
+            remedy="Lengthen the segments or shorten the observation.",
         )
     x = np.empty(times.size)
     y = np.empty(times.size)
@@ -98,9 +98,9 @@ def fly(
         speed = v + s.acceleration_mps2 * tau
         if not ((speed >= 0).all() and (speed <= MAX_SPEED_MPS).all()):
             raise ParameterError(
-                f"segment {index + 1} ends with a speed of {speed[-1]:g} m/s",
+                f"Segment {index + 1} ends with a speed of {speed[-1]:g} m/s.",
                 pointer=f"/segments/{index}/acceleration_mps2",
-                remedy=f"keep the speed between 0 and {MAX_SPEED_MPS:g} m/s",
+                remedy=f"Keep the speed between 0 and {MAX_SPEED_MPS:g} m/s.",
             )
         x[inside], y[inside] = px + dx[:-1], py + dy[:-1]
         h[inside] = ph + s.climb_rate_mps * tau[:-1]
@@ -111,9 +111,9 @@ def fly(
         psi, v, begin = psi + w * s.duration_s, float(speed[-1]), begin + s.duration_s
         if ph < 0:
             raise ParameterError(
-                f"segment {index + 1} ends at an altitude of {ph:g} m, below the ground",
+                f"Segment {index + 1} ends at an altitude of {ph:g} m, below the ground.",
                 pointer=f"/segments/{index}/climb_rate_mps",
-                remedy="climb less steeply down, or start higher",
+                remedy="Climb less steeply down, or start higher.",
             )
     return above_the_earth(x, y, h, vx, vy, climb, earth)
 
