@@ -20,7 +20,7 @@ from backend.api.responses import problems
 from backend.api.services import Services, ServicesDep
 from backend.errors import StateError
 from backend.files.column_guess import native_columns
-from backend.files.options import ColumnSource
+from backend.files.options import ColumnSource, ReadOptions
 from backend.http.multipart import Parts, receive_form, received
 from backend.http.problems import ProblemError
 from backend.jobs.reader_process import ReadAnswer
@@ -51,6 +51,16 @@ class SuggestionOut(_Model):
     kind: Kind | None
     mapping: dict[str, ColumnSource]
     """For the option `mapping`; columns that are native already are not in it."""
+
+
+class OptionOut(_Model):
+    """An option of reading that means something for the file."""
+
+    name: str
+    values: list[str]
+    """What it may be; empty where it is free."""
+    is_number: bool
+    description: str
 
 
 class TrialOut(_Model):
@@ -88,6 +98,8 @@ class PreviewOut(_Model):
     error: TrialErrorOut | None
     native_columns: dict[Kind, list[NativeColumnOut]]
     """What a mapping may name, by kind."""
+    options: list[OptionOut]
+    """Options beside mapping and filter that this format, or this kind, has a use for."""
 
 
 @router.post(
@@ -208,4 +220,16 @@ def _shown(answer: ReadAnswer) -> PreviewOut:
         native_columns={
             kind: [NativeColumnOut(name=c.name, units=list(c.units)) for c in native_columns(kind)] for kind in KINDS
         },
+        options=[_option(name) for name in seen["options"]],
+    )
+
+
+def _option(name: str) -> OptionOut:
+    schema = ReadOptions.model_json_schema()["properties"][name]
+    forms = schema.get("anyOf", [schema])
+    return OptionOut(
+        name=name,
+        values=[str(value) for form in forms for value in form.get("enum", ())],
+        is_number=any(form.get("type") in ("number", "integer") for form in forms),
+        description=schema.get("description", ""),
     )

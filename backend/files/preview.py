@@ -18,6 +18,7 @@ from backend.files.report import Findings, ReadReport
 from backend.files.rows import first_rows
 
 ROWS_SHOWN = 20
+SCAN_OPTIONS = ("scan_cut", "scan_period_s")
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class Preview:
     suggestion : what the columns may mean; nothing of it was applied
     report : counts, warnings and rejections of a trial reading, or None
     error : why it gives nothing
+    options : names of the reading options, beside mapping and filter, that mean something for this file
     """
 
     format: str | None
@@ -39,6 +41,7 @@ class Preview:
     suggestion: Suggestion
     report: ReadReport | None
     error: InputError | None
+    options: tuple[str, ...] = ()
 
 
 def preview(
@@ -63,10 +66,13 @@ def preview(
         rows = tuple((*row, *[""] * len(elsewhere)) for row in first_rows(table, ROWS_SHOWN))
     except UnsupportedFormatError:
         pass  # no table: a reader of another format may still know it
-    found = next((r.name for r in readers_by_name().values() if r.detect(source)), None)
+    found = next((r for r in readers_by_name().values() if r.detect(source)), None)
     report, error = None, None
     try:
         _, report = read_recording(files, site=site, truth=truth, options=options, limits=limits)
     except InputError as problem:
         error = problem
-    return Preview(found, columns, rows, suggest(columns, rows, options.kind), report, error)
+    suggestion = suggest(columns, rows, options.kind)
+    kind = suggestion.kind if report is None else report.kind
+    offered = dict.fromkeys((*(found.options if found else ()), *(SCAN_OPTIONS if kind == "polar_plots" else ())))
+    return Preview(found.name if found else None, columns, rows, suggestion, report, error, tuple(offered))
