@@ -167,7 +167,8 @@ class Scenario:
     simulate: Callable[[Any, tuple[int, ...], int], Recording]
     """(parameters, trials, seed) -> Recording whose trial axis is as long as `trials`, with truth and site.
 
-    Times, targets and truth are the same for all trials; everything drawn for a trial comes from `trial_stream`.
+    Times, targets and truth are the same for all trials; everything drawn for a trial comes from `trial_stream`. With
+    no trials at all only instants and truth are made, which checks the parameters completely in milliseconds.
     """
     legs: Callable[[Any], tuple[Leg, ...]] = lambda _: ()
     """Named intervals of the scenario with these parameters."""

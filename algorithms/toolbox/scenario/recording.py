@@ -15,6 +15,7 @@ from algorithms.toolbox.scenario.mark_parameters import MarkScenario, site_of
 from algorithms.toolbox.scenario.marks import MarkNoise, simulate_marks
 from algorithms.toolbox.scenario.targets import Path, path_of, states_of
 from algorithms.toolbox.scenario.timing import (
+    MAX_MARKS,
     interrogated_times,
     irregular_times,
     outside_gaps,
@@ -95,6 +96,7 @@ def _names(parameters: MarkScenario) -> tuple[str, ...]:
 def _marks(parameters: MarkScenario, earth: Floats) -> tuple[Floats, NDArray[np.int64], Trajectory]:
     """Instants of all targets in the order of time, whose they are, and the true states then."""
     times, states = [], []
+    count = 0
     for i, target in enumerate(parameters.targets):
         pointer = f"/targets/{i}"
         try:
@@ -102,6 +104,13 @@ def _marks(parameters: MarkScenario, earth: Floats) -> tuple[Floats, NDArray[np.
         except ParameterError as error:
             raise ParameterError(error.message, pointer=pointer + error.pointer, remedy=error.remedy) from error
         own = _instants(parameters, path, i)
+        count += own.size
+        if count > MAX_MARKS:
+            raise ParameterError(
+                f"This would make more than {MAX_MARKS:,} marks; target {i + 1} of {len(parameters.targets)} exceeds them.",
+                pointer="/targets",
+                remedy="Make the observation shorter, the marks rarer or the targets fewer.",
+            )
         # The path is asked for even where no mark falls on it: what cannot be flown is an error anyway.
         states.append(states_of(path, own, earth, pointer))
         times.append(own)

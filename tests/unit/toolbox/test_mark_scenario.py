@@ -191,6 +191,7 @@ POINT = {"time_s": 0.0, "east_m": 0.0, "north_m": 0.0, "altitude_m": 100.0}
          "/targets/0/points/0"),
         ({"targets": [STRAIGHT | {"name": "2"}, STRAIGHT]}, "/targets/1/name"),
         ({"period_s": 1e-5}, "/period_s"),
+        ({"targets": [STRAIGHT] * 11, "period_s": 0.01}, "/targets"),
         ({"timing": "irregular", "minimum_interval_s": 0, "mean_extra_interval_s": 0}, "/minimum_interval_s"),
         ({"timing": "irregular", "minimum_interval_s": 0, "mean_extra_interval_s": 1e-5}, "/mean_extra_interval_s"),
         ({"timing": "interrogators", "interrogators": []}, "/timing"),
