@@ -77,7 +77,8 @@ def _wilson(m: Moments) -> tuple[float, float]:
     cases = min(spread / m.variance, m.d) if m.variance > 0 and spread > 0 else float(m.trials)
     middle = (p + z * z / (2 * cases)) / (1 + z * z / cases)
     half = z / (1 + z * z / cases) * np.sqrt(max(spread, 0.0) / cases + z * z / (4 * cases * cases))
-    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+    # At 0 and 1 the ends meet the share itself, but for rounding.
+    return min(max(0.0, float(middle - half)), p), max(min(1.0, float(middle + half)), p)
 
 
 def quantiles_with_intervals(
