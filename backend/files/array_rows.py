@@ -33,6 +33,8 @@ COLUMN_NAMES = "column_names"
 NAMES_SUFFIX = "_names"
 START_UTC = "start_utc"
 """A text with the instant from which times count."""
+ABOUT = (START_UTC, "kind", "site_json")
+"""Texts about a whole recording, which are no columns."""
 
 
 _Path = tuple[str, ...]
@@ -156,7 +158,7 @@ def _add_rows(value: Any, path: _Path, found: _Found) -> bool:
     if texts is not None:
         if len(texts) == 1:
             found.texts[path] = texts[0]
-        if len(texts) != 1 or path[-1] != START_UTC:
+        if len(texts) != 1 or path[-1] not in ABOUT:
             found.add(path, texts)
         return bool(texts)
     if not isinstance(value, list) or not value:

@@ -207,4 +207,6 @@ export default {
   "{1} should have at least {2} items after validation, not {3}.": "Нужно не менее {2} элементов, а не {3}.",
   "{1} should have at most {2} item after validation, not {3}.": "Не больше {2} элемента, а не {3}.",
   "{1} should have at most {2} items after validation, not {3}.": "Не больше {2} элементов, а не {3}.",
+  "The measurements of {1} are in a local frame without a place on the globe.": "Измерения {1} – в местной системе координат, у которой нет места на глобусе.",
+  "Give the site an origin, or read the recording again with the option origin.": "Задайте начало координат у позиции или прочитайте запись заново с параметром origin.",
 };

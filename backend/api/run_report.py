@@ -1,0 +1,216 @@
+"""The report of a run: everything about it on one page that stands alone."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import Annotated, Any
+
+import numpy as np
+from fastapi import APIRouter, Query, Request, Response
+
+from algorithms.result import Table
+from backend.api import uploads
+from backend.api.algorithms import ReferenceOut, catalogue
+from backend.api.charts import chart_entry, charts_of_run
+from backend.api.exports import NoQuery
+from backend.api.measurements import of_run
+from backend.api.responses import content, problems
+from backend.api.services import Services, ServicesDep
+from backend.api.tables import finished
+from backend.db import runs as stored
+from backend.db.recordings import Recording as StoredRecording
+from backend.errors import NotFoundError
+from backend.http.etag import etag_of, matches, not_modified
+from backend.version import program_version
+
+router = APIRouter(prefix="/runs/{run_id}", tags=["results"])
+
+
+@router.get(
+    "/report.html",
+    name="get_run_report",
+    response_class=Response,
+    responses=content("text/html", "A page that stands alone, offline") | problems(404, 409),
+)
+def get_run_report(
+    run_id: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+) -> Response:
+    """Tell what was run, on what, and what came out, as a page that needs no server."""
+    run = finished(services, run_id)
+    etag = etag_of("report", program_version(), run.id, run.result_sha256 or "", run.label, *run.tags)
+    if matches(request, etag):
+        return not_modified(etag)
+    from backend.charts.html import CONTENT_SECURITY_POLICY
+    from backend.charts.report import report_page
+
+    return Response(
+        report_page(_content(services, run)),
+        media_type="text/html; charset=utf-8",
+        headers={
+            "ETag": etag,
+            "Cache-Control": "private, no-cache",
+            "Content-Disposition": f'attachment; filename="report-{run_id}.html"',
+            "Content-Security-Policy": CONTENT_SECURITY_POLICY,
+        },
+    )
+
+
+def _content(services: Services, run: stored.Run) -> Any:
+    from backend.charts.report import ReportContent, ReportEntry
+    from backend.charts.view import ChartOptions, RunView
+
+    measured = of_run(services, run)
+    recording = None if measured.recording_id is None else uploads.ready(services, measured.recording_id)
+    view = RunView(
+        recording=measured.load(),
+        entries=tuple(chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms)),
+        legs=tuple((name, start, stop) for name, start, stop in run.source.get("legs", ())),
+    )
+    used = {e["label"]: e for e in run.entries or ()}
+    entries = [
+        ReportEntry(
+            label=e.label,
+            algorithm=e.name,
+            summary=catalogue()[e.name].summary if e.name in catalogue() else "",
+            settings=[
+                (name, _plain(setting["value"]), str(setting["source"]))
+                for name, setting in sorted(used.get(e.label, {}).get("settings", {}).items())
+            ],
+            notes=[(n["detail"], int(n["count"])) for n in used.get(e.label, {}).get("notes", ())],
+        )
+        for e in run.algorithms
+    ]
+    metrics, by_target = _metrics(services, run)
+    left_out = [
+        "Every number is in the tables of the run: tables/NAME.csv, .parquet and .json, result.npz, result.mat."
+    ]
+    if by_target:
+        left_out.append(f"{by_target} metrics of single targets are in the table metrics.")
+    return ReportContent(
+        title=run.label or f"Run {run.id}",
+        facts=_facts(run),
+        recording=_about_scenario(run) if recording is None else _about_recording(recording),
+        warnings=[] if recording is None else [_counted(w["detail"], w["count"]) for w in recording.warnings],
+        entries=entries,
+        metrics=metrics,
+        figures=[chart.draw(view, ChartOptions()) for chart in charts_of_run(run)],
+        decisions=_decisions(services, run),
+        references=_references(run),
+        software={str(k): str(v) for k, v in (run.software or {}).items()},
+        left_out=left_out,
+    )
+
+
+def _facts(run: stored.Run) -> list[tuple[str, str]]:
+    seconds = (
+        f"{(run.finished_at - run.started_at).total_seconds():.1f} s" if run.finished_at and run.started_at else ""
+    )
+    return [
+        ("Run", run.id),
+        ("Algorithms", ", ".join(e.label if e.label == e.name else f"{e.label} ({e.name})" for e in run.algorithms)),
+        *([("Tags", ", ".join(run.tags))] if run.tags else []),
+        ("Seed", str(run.seed)),
+        ("Started", f"{run.created_at.isoformat(timespec='seconds').replace('+00:00', 'Z')}, took {seconds}"),
+        ("Result (SHA-256)", run.result_sha256 or ""),
+    ]
+
+
+def _about_scenario(run: stored.Run) -> list[tuple[str, str]]:
+    return [
+        ("Scenario", str(run.source["name"])),
+        ("Trials", str(run.trials)),
+        ("Settings", json.dumps(run.source["scenario"], ensure_ascii=False)),
+        *([("Sweep", json.dumps(run.source["sweep"], ensure_ascii=False))] if run.source.get("sweep") else []),
+    ]
+
+
+def _counted(words: str, count: int) -> str:
+    return f"{words} ({count})" if count > 1 else words
+
+
+def _about_recording(recording: StoredRecording) -> list[tuple[str, str]]:
+    span = ""
+    if recording.time_first_s is not None and recording.time_last_s is not None:
+        span = f"{recording.time_first_s:.3f} s to {recording.time_last_s:.3f} s"
+    site = recording.site or {}
+    places = [
+        f"{len(site[field])} {field}"
+        for field in ("stations", "radars", "transmitters", "receivers")
+        if site.get(field)
+    ]
+    return [
+        ("Name", recording.name),
+        ("Kind and format", f"{recording.kind}, {recording.format}"),
+        ("Files (SHA-256)", "; ".join(f"{f.name} {f.sha256}" for f in recording.files)),
+        (
+            "Rows",
+            f"{recording.rows_read} read, {recording.rows_accepted} accepted, "
+            f"{recording.rows_read - recording.rows_accepted} rejected",
+        ),
+        ("Times", f"{span}, from {recording.start_utc}" if recording.start_utc else f"{span}, from an unknown start"),
+        ("Site", ", ".join(places) or "none"),
+        ("Truth", "known" if recording.has_truth else "not known"),
+        ("Options", json.dumps(recording.options, ensure_ascii=False) if recording.options else "none"),
+    ]
+
+
+def _metrics(services: Services, run: stored.Run) -> tuple[list[Any], int]:
+    """Metrics of all targets together, and how many there are of single ones."""
+    from backend.charts.report import ReportMetric
+
+    rows = _rows(_table(services, run, "metrics"))
+    out = [
+        ReportMetric(
+            metric=row["metric"],
+            label=row["label"],
+            segment=row["segment"] or "",
+            value=row["value"],
+            ci95=None if row["ci95_low"] is None or row["ci95_high"] is None else (row["ci95_low"], row["ci95_high"]),
+            unit=row["unit"] or "",
+            n=int(row["n"]),
+        )
+        for row in rows
+        if not row["target"]
+    ]
+    return out, len(rows) - len(out)
+
+
+def _decisions(services: Services, run: stored.Run) -> list[tuple[str, str, str, int]]:
+    table = _table(services, run, "decisions")
+    names = ("label", "decision", "reason")
+    if not len(table) or any(n not in table.columns for n in names):
+        return []
+    counts = Counter(zip(*(table.columns[n] for n in names), strict=True))
+    place = {e.label: i for i, e in enumerate(run.algorithms)}
+    order = sorted(counts.items(), key=lambda item: (place.get(str(item[0][0]), 0), -item[1]))
+    return [(str(label), str(what), str(why or ""), count) for (label, what, why), count in order]
+
+
+def _references(run: stored.Run) -> list[str]:
+    found = [
+        ReferenceOut.of(reference)
+        for entry in run.algorithms
+        if (algorithm := catalogue().get(entry.name)) is not None
+        for reference in algorithm.references
+    ]
+    return list(dict.fromkeys(f"{r.text} ({r.place})" if r.place else r.text for r in found))
+
+
+def _table(services: Services, run: stored.Run, name: str) -> Table:
+    from backend.jobs.results import load_table
+
+    try:
+        return load_table(services.database, services.store, run, name)
+    except NotFoundError:
+        return Table({})
+
+
+def _rows(table: Table) -> list[dict[str, Any]]:
+    return [dict(zip(table.names, row, strict=True)) for row in table.rows()]
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, float):
+        return np.format_float_positional(value, trim="-") if 1e-6 <= abs(value) < 1e9 or value == 0 else repr(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, list | dict) else str(value)
