@@ -116,6 +116,14 @@ export interface ReadOptions {
   [other: string]: unknown;
 }
 
+/** An option of reading that means something for a file. */
+export interface ReadOption {
+  name: string;
+  values: string[];
+  is_number: boolean;
+  description: string;
+}
+
 /** A look into a file before it is read. */
 export interface Preview {
   format: string | null;
@@ -132,6 +140,7 @@ export interface Preview {
   } | null;
   error: { code: string; detail: string; remedy: string; pointer: string } | null;
   native_columns: Record<string, { name: string; units: string[] }[]>;
+  options: ReadOption[];
 }
 
 /** What a run would take. */

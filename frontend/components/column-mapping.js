@@ -6,6 +6,7 @@ import { h, put } from "../js/dom.js";
 import { said, t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
 import { Meanings } from "../js/meanings.js";
+import { ReadingOptions } from "./reading-options.js";
 import { failed, loading } from "./states.js";
 
 /** @import { Preview, ReadOptions } from "../types.d.ts" */
@@ -60,8 +61,18 @@ class MappingForm {
       put(this.dialog, title, failed(error), h("div", { class: "row" }, this.close));
       return;
     }
-    if (!this.preview.columns.length) {
+    const { columns, options } = this.preview;
+    if (!columns.length && !options.length) {
       put(this.dialog, title, h("p", { class: "muted" }, t("mapping.no_columns")), h("div", { class: "row" }, this.close));
+      return;
+    }
+    this.choices = new ReadingOptions(options, this.source.options, () => this.changed());
+    const buttons = h("div", { class: "row" }, this.take, h("button", { type: "button", onclick: () => this.check() }, t("mapping.check")), this.close);
+    if (!columns.length) {
+      title.textContent = t("reading.title");
+      this.take.textContent = t("reading.take");
+      put(this.dialog, title, h("p", { class: "muted" }, t("reading.hint")), this.choices.root, this.result, buttons);
+      this.check();
       return;
     }
     this.meanings = Meanings.of(this.preview, this.source.options);
@@ -69,8 +80,8 @@ class MappingForm {
     this.filters = h("div", { class: "stack tight" });
     put(this.dialog, title,
       h("p", { class: "muted" }, t("mapping.hint")),
-      this.kindField(), this.columns, this.filters, this.firstRows(), this.result,
-      h("div", { class: "row" }, this.take, h("button", { type: "button", onclick: () => this.check() }, t("mapping.check")), this.close));
+      this.kindField(), this.columns, this.filters, options.length ? this.choices.root : null, this.firstRows(), this.result,
+      buttons);
     this.drawColumns();
     this.drawFilters();
     this.check();
@@ -78,7 +89,8 @@ class MappingForm {
 
   /** What was chosen, for the options of an upload. */
   options() {
-    return this.meanings.options();
+    const choices = this.choices?.options() ?? {};
+    return this.preview?.columns.length ? { ...this.meanings.options(), ...choices } : choices;
   }
 
   kindField() {

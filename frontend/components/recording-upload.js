@@ -128,7 +128,8 @@ export class RecordingUpload extends HTMLElement {
   showChosen() {
     if (!this.mapped) return;
     const n = Object.keys(this.chosen?.mapping ?? {}).length;
-    put(this.mapped, this.chosen ? h("p", { class: "row small" }, h("span", null, t("upload.mapped", { n })),
+    const text = this.chosen?.mapping ? t("upload.mapped", { n }) : t("upload.options_chosen");
+    put(this.mapped, this.chosen ? h("p", { class: "row small" }, h("span", null, text),
       h("button", { type: "button", class: "link", onclick: () => { this.forgetMapping(); this.check(); } }, t("upload.unmap"))) : null);
   }
 
