@@ -173,7 +173,7 @@ export const sentences = {
   "The intervals between marks are zero.": "Промежутки между отметками нулевые.",
   "Make one of the two larger.": "Увеличьте один из двух.",
   "This would make {1} marks of one target; a recording takes at most {2}.": "Так у одной цели будет отметок: {1}; запись вмещает не больше {2}.",
-  "This would make more than {1} marks: target {2} of {3} exceeds it.": "Так отметок будет больше {1}; столько набирается на цели {2} из {3}.",
+  "The first {1} of {2} targets make more than {3} marks.": "У первых {1} целей из {2} отметок больше {3}.",
   "Make the observation shorter, the marks rarer or the targets fewer.": "Сделайте наблюдение короче, отметки реже или целей меньше.",
   "Make the observation shorter or the marks rarer.": "Сделайте наблюдение короче или отметки реже.",
   "Gap {1} ends at {2} s, not after its beginning at {3} s.": "Перерыв {1} кончается в {2} с, не позже своего начала в {3} с.",

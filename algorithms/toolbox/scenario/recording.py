@@ -107,7 +107,7 @@ def _marks(parameters: MarkScenario, earth: Floats) -> tuple[Floats, NDArray[np.
         count += own.size
         if count > MAX_MARKS:
             raise ParameterError(
-                f"This would make more than {MAX_MARKS:,} marks: target {i + 1} of {len(parameters.targets)} exceeds it.",
+                f"The first {i + 1} of {len(parameters.targets)} targets make more than {MAX_MARKS:,} marks.",
                 pointer="/targets",
                 remedy="Make the observation shorter, the marks rarer or the targets fewer.",
             )
