@@ -139,7 +139,7 @@ def get_scenario(name: str, request: Request) -> Response:
     "/preview",
     name="preview_scenario",
     response_class=Response,
-    responses={200: {"model": ScenarioPreviewOut, "description": "What it looks like"}, **problems()},
+    responses={200: {"model": ScenarioPreviewOut, "description": "What it looks like"}, **problems(413, 415)},
 )
 def preview_scenario(asked: PreviewIn) -> Response:
     """Simulate one recording and draw it; nothing is stored. Fast enough to follow typing."""
@@ -173,7 +173,7 @@ def preview_scenario(asked: PreviewIn) -> Response:
     response_model=RecordingOut,
     responses={
         200: {"model": RecordingOut, "description": "The same recording was stored before"},
-        **problems(409, 507),
+        **problems(409, 413, 415, 507),
     },
 )
 def store_scenario_recording(asked: RecordingIn, response: Response, services: ServicesDep) -> RecordingOut:
