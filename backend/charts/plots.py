@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pymap3d
 from numpy.typing import NDArray
 
 from algorithms.recording import PolarPlots
+from algorithms.toolbox.frames.slant import ground_from_slant
 from backend.charts.columns import Floats
 
 
@@ -24,39 +26,81 @@ class PlotPositions:
 def plot_positions(recording: PolarPlots) -> PlotPositions:
     """Convert range and azimuth of the first trial to the plane.
 
-    A slant range is projected by the elevation or, failing that, by the altitude above the radar (over a flat earth:
-    the error is below 0.1 % of the range up to 100 km); where neither is known it is taken as it is, and counted.
+    A slant range is projected by the elevation or, failing that, by the altitude over a sphere; where neither is
+    known, or no point at that range has that altitude, it is taken as it is, and counted. East and north at a radar
+    that is placed in WGS-84 are turned into those of the site: a degree of longitude away north differs by most of
+    a degree.
     """
-    radar_east, radar_north, radar_up, is_ground, known = _radars(recording)
+    radar_east, radar_north, altitude_of_radar, is_ground, known = _radars(recording)
     range_m, azimuth = recording.range_m[:, 0], recording.azimuth_rad[:, 0]
     elevation, altitude = recording.elevation_rad[:, 0], recording.altitude_m[:, 0]
-    with np.errstate(invalid="ignore"):
-        by_altitude = np.sqrt(np.maximum(range_m**2 - (altitude - radar_up) ** 2, 0.0))
-        ground = np.where(np.isfinite(elevation), range_m * np.cos(elevation), by_altitude)
+    by_altitude, height = ground_from_slant(range_m, altitude, altitude_of_radar)
+    has_elevation = np.isfinite(elevation)
+    ground = np.where(has_elevation, range_m * np.cos(elevation), by_altitude)
+    up = np.where(has_elevation, range_m * np.sin(elevation), np.where(np.isfinite(by_altitude), height, 0.0))
     unknown = ~is_ground & ~np.isfinite(ground) & np.isfinite(range_m)
     ground = np.where(is_ground | unknown, range_m, ground)
     east, north = recording.east_m[:, 0], recording.north_m[:, 0]
     cartesian = np.isfinite(east) & np.isfinite(north)
+    east = np.where(cartesian, east, ground * np.sin(azimuth))
+    north = np.where(cartesian, north, ground * np.cos(azimuth))
+    east, north, turned = _in_site_frame(recording, east, north, np.where(cartesian, 0.0, up))
     return PlotPositions(
-        radar_east + np.where(cartesian, east, ground * np.sin(azimuth)),
-        radar_north + np.where(cartesian, north, ground * np.cos(azimuth)),
+        np.where(turned, east, radar_east + east),
+        np.where(turned, north, radar_north + north),
         int((unknown & ~cartesian).sum()),
         not known,
     )
 
 
-def _radars(recording: PolarPlots) -> tuple[Floats, Floats, Floats, NDArray[np.bool_], bool]:
-    """Position of each plot's radar, whether its ranges are ground ranges, whether every position is known."""
+def _in_site_frame(
+    recording: PolarPlots, east: Floats, north: Floats, up: Floats
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """East and north of the site for the plots of radars that are placed in WGS-84, and which those are."""
+    site = recording.site
+    turned = np.zeros(len(recording), bool)
+    origin = None if site is None else site.frame_origin()
+    if site is None or origin is None:
+        return east, north, turned
+    east, north = east.copy(), north.copy()
+    for i, name in enumerate(recording.radars):
+        radar = site.radars[index] if (index := _index(recording).get(name)) is not None else None
+        if radar is None or not radar.is_geodetic:
+            continue
+        mine = np.flatnonzero((recording.radar == i) & np.isnan(recording.radar_east_m))
+        ecef = pymap3d.enu2ecef(
+            east[mine], north[mine], up[mine], radar.latitude_deg, radar.longitude_deg, radar.height_m or 0.0
+        )
+        enu = pymap3d.ecef2enu(*ecef, origin.latitude_deg, origin.longitude_deg, origin.height_m)
+        east[mine], north[mine], turned[mine] = enu[0], enu[1], True
+    return east, north, turned
+
+
+def _index(recording: PolarPlots) -> dict[str, int]:
+    """Name of a radar in the recording -> its place in the site; a single one needs no name."""
     site = recording.site
     index = {} if site is None else {radar.name: i for i, radar in enumerate(site.radars)}
     if site is not None and len(site.radars) == 1 and len(recording.radars) == 1:
         index[recording.radars[0]] = 0
+    return index
+
+
+def _radars(recording: PolarPlots) -> tuple[Floats, Floats, Floats, NDArray[np.bool_], bool]:
+    """Position and altitude of each plot's radar, whether its ranges are ground ranges, whether all are placed."""
+    site = recording.site
+    index = _index(recording)
+    origin = None if site is None else site.frame_origin()
+    altitudes = np.zeros(len(recording.radars))
     places = np.zeros((len(recording.radars), 3))
     ground = np.zeros(len(recording.radars), bool)
     placed = np.zeros(len(recording.radars), bool)
     for i, name in enumerate(recording.radars):
         if site is not None and name in index:
             places[i] = site.radar_positions()[index[name]]
+            radar = site.radars[index[name]]
+            # Up counts from the origin, an altitude from the sea.
+            above = places[i, 2] + (0.0 if origin is None else origin.height_m)
+            altitudes[i] = (radar.height_m or 0.0) if radar.is_geodetic else above
             ground[i] = site.radars[index[name]].range_kind == "ground"
             placed[i] = True
     here, of = places[recording.radar], placed[recording.radar]
@@ -64,7 +108,7 @@ def _radars(recording: PolarPlots) -> tuple[Floats, Floats, Floats, NDArray[np.b
     return (
         np.where(moving, recording.radar_east_m, here[:, 0]),
         np.where(moving, recording.radar_north_m, here[:, 1]),
-        here[:, 2],
+        altitudes[recording.radar],
         ground[recording.radar],
         bool((of | moving).all()),
     )

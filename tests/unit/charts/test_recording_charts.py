@@ -1,4 +1,5 @@
 import numpy as np
+import pymap3d
 import pytest
 
 from algorithms.recording import TruthTracks
@@ -38,7 +39,8 @@ def test_slant_ranges_are_projected_by_elevation_else_by_altitude_else_counted(n
     elevation = np.array([[np.pi / 3], [np.nan], [np.nan], [np.nan]])
     altitude = np.array([[np.nan], [6050.0], [np.nan], [np.nan]])
     recording = plots(site=radar(), elevation_rad=elevation, altitude_m=altitude)
-    np.testing.assert_allclose(plot_positions(recording).east_m, [5500, 8500, 10500, 10500])
+    # Over a flat earth the second would lie at 8500 m; see test_slant for the sphere.
+    np.testing.assert_allclose(plot_positions(recording).east_m, [5500, 8503.77, 10500, 10500], atol=0.01)
     assert plot_positions(recording).slant_as_ground == 2
     assert note_of(PLAN(RecordingView(recording), ChartOptions()), "slant_as_ground").endswith("2 slant ranges.")
 
@@ -51,6 +53,32 @@ def test_whole_true_paths_are_drawn_within_the_time_of_the_recording(traces_of) 
     np.testing.assert_allclose(truth["x"], [0, 0.1, 0.2], atol=1e-7)
     assert truth["customdata"].tolist() == [-1, -1, -1]
     assert truth["hovertext"][0] == "target boat"
+
+
+def test_plots_of_two_radars_in_wgs84_of_one_aircraft_lie_together() -> None:
+    """Their norths differ by more than a degree, which is kilometres at that range."""
+    aircraft = (50.6, 15.2, 9000.0)
+    places = [(50.0, 14.0, 300.0), (50.1, 16.0, 500.0)]
+    seen = [pymap3d.geodetic2aer(*aircraft, *place) for place in places]
+    names = ["a", "b"]
+    radars = [
+        {"name": n, "latitude_deg": p[0], "longitude_deg": p[1], "height_m": p[2]}
+        for n, p in zip(names, places, strict=True)
+    ]
+    recording = plots(
+        2,
+        site=Site.model_validate({"radars": radars}),
+        radars=tuple(names),
+        radar=np.array([0, 1]),
+        range_m=np.array([[one[2]] for one in seen]),
+        azimuth_rad=np.radians([[one[0]] for one in seen]),
+        altitude_m=np.full((2, 1), 9000.0),
+    )
+    where = plot_positions(recording)
+    assert np.hypot(np.diff(where.east_m), np.diff(where.north_m))[0] < 50
+    origin = recording.site.frame_origin()
+    truth = pymap3d.geodetic2enu(*aircraft, origin.latitude_deg, origin.longitude_deg, origin.height_m)
+    assert np.hypot(where.east_m[0] - truth[0], where.north_m[0] - truth[1]) < 50
 
 
 def test_cartesian_plots_and_a_moving_radar() -> None:
