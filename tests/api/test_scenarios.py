@@ -73,11 +73,12 @@ def test_a_stored_recording_is_the_simulated_one_and_reads_again(api: httpx2.Cli
     assert stored["site"] == seen["site"] == made.site.to_json()
 
     text = api.get(f"/api/v1/recordings/{stored['id']}/data.csv").raise_for_status().content
-    files = [("file", ("again.csv", text, "text/csv"))]
-    read = api.post("/api/v1/recordings", files=files, data={"site": json.dumps(stored["site"])})
-    assert read.status_code == 201, read.text
-    second = api.get(f"/api/v1/recordings/{read.json()['id']}/data.csv").raise_for_status().content
-    assert second == text
+    for form in ("csv", "parquet", "mat"):
+        data = api.get(f"/api/v1/recordings/{stored['id']}/data.{form}").raise_for_status().content
+        files = [("file", (f"again.{form}", data, "application/octet-stream"))]
+        read = api.post("/api/v1/recordings", files=files, data={"site": json.dumps(stored["site"])})
+        assert read.status_code == 201, read.text
+        assert api.get(f"/api/v1/recordings/{read.json()['id']}/data.csv").content == text, form
     cells = [line.split(",") for line in text.decode().splitlines()]
     column = cells[0].index("toa_1_ns")
     measured = np.array([float(c[column]) * 1e-9 if c[column] else np.nan for c in cells[1:]])
