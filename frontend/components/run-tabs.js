@@ -2,7 +2,7 @@
 // What stands below the charts of a run: metrics, decisions, tracks, receivers, parameters, log, export.
 
 import { h, put } from "../js/dom.js";
-import { apiUrl, getText } from "../js/api.js";
+import { apiUrl, get, getText } from "../js/api.js";
 import { said, t, told } from "../js/i18n.js";
 import { formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { swatch } from "../js/palette.js";
@@ -13,7 +13,7 @@ import { dataTable } from "./data-table.js";
 import { emptyState, failed, loading } from "./states.js";
 import { copyText } from "./toast-area.js";
 
-/** @import { ChartItem, Run } from "../types.d.ts" */
+/** @import { ChartItem, Recording, Run } from "../types.d.ts" */
 /** @import { CursorBus } from "../js/cursor.js" */
 /** @import { Row } from "../js/tables.js" */
 /** @import { Column, DataTable } from "./data-table.js" */
@@ -285,6 +285,12 @@ export function logTab(run) {
   return box;
 }
 
+/** Whether the local frame of a recording has an origin. @param {Recording} recording */
+function isOnTheGlobe({ site, options }) {
+  const places = [site?.stations, site?.radars, site?.transmitters, site?.receivers].flatMap((one) => one ?? []);
+  return Boolean(site?.origin ?? options?.origin) || places.some((place) => place.latitude_deg != null);
+}
+
 /**
  * @param {Run} run
  * @param {ChartItem[]} charts
@@ -293,6 +299,15 @@ export function logTab(run) {
  */
 export function exportTab(run, charts, tables, target) {
   const links = (/** @type {string} */ path, /** @type {string[]} */ suffixes, only = target) => suffixes.map((suffix) => h("a", { href: apiUrl(`runs/${run.id}/${path}.${suffix}`, { target: only }), download: "" }, suffix.toUpperCase()));
+  const file = (/** @type {string} */ name) => h("a", { href: apiUrl(`runs/${run.id}/${name}`), download: "" }, name);
+  // A frame without a place on the globe has no tracks there; its file would only say so.
+  const tracksOf = (/** @type {string} */ recordingId) => {
+    const place = h("dd", { class: "row" }, t("state.loading"));
+    get(`recordings/${recordingId}`).then(
+      (recording) => put(place, isOnTheGlobe(recording) ? [file("tracks.geojson"), file("tracks.kml")] : h("span", { class: "muted" }, t("export.no_origin"))),
+      () => put(place, [file("tracks.geojson"), file("tracks.kml")]));
+    return place;
+  };
   const snippet = (/** @type {string} */ title, /** @type {string} */ text) => h("div", { class: "stack tight" },
     h("div", { class: "row" }, h("h3", null, title), h("button", { class: "link small", type: "button", onclick: () => copyText(text) }, t("action.copy"))), h("pre", { class: "card", style: "padding: 8px" }, text));
   const base = new URL("./", document.baseURI).href;
@@ -300,10 +315,15 @@ export function exportTab(run, charts, tables, target) {
     h("div", { class: "stack" },
       target ? h("p", { class: "small muted" }, t("export.of_target", { name: target })) : null,
       h("h3", null, t("export.tables")),
-      h("dl", { class: "pairs" }, tables.flatMap((name) => [h("dt", null, h("code", null, name)), h("dd", { class: "row" }, links(`tables/${name}`, ["csv", "json"], WHOLE.has(name) ? "" : target))])),
+      h("dl", { class: "pairs" }, tables.flatMap((name) => [h("dt", null, h("code", null, name)), h("dd", { class: "row" },
+        links(`tables/${name}`, ["csv", "json"], WHOLE.has(name) ? "" : target), target ? null : links(`tables/${name}`, ["parquet"]))])),
       h("h3", null, t("export.charts")),
       h("dl", { class: "pairs" }, charts.flatMap((chart) => [h("dt", null, told(`chart.${chart.name}`, chart.title)), h("dd", { class: "row" }, links(`charts/${chart.name}`, ["csv", "json", "html"]))])),
-      h("h3", null, t("export.arrays")),
-      h("p", null, h("a", { href: apiUrl(`runs/${run.id}/result.npz`), download: "" }, "result.npz"))),
+      h("h3", null, t("export.whole")),
+      h("dl", { class: "pairs" },
+        run.source.recording_id ? [
+          h("dt", null, t("export.report")), h("dd", { class: "row" }, file("report.html")),
+          h("dt", null, t("export.tracks")), tracksOf(run.source.recording_id)] : null,
+        h("dt", null, t("export.arrays")), h("dd", { class: "row" }, file("result.npz"), file("result.mat")))),
     h("div", { class: "stack" }, snippet("curl", curlSnippet(base, requestOf(run))), snippet("Python", pythonSnippet(base, requestOf(run)))));
 }
