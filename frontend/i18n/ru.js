@@ -160,7 +160,7 @@ export default {
   "export.tables": "Таблицы",
   "export.of_target": "Таблицы и графики только цели {name}; пункты приёма и массивы – всех целей.",
   "export.charts": "Графики",
-  "export.whole": "Запуск целиком",
+  "export.whole": "Расчёт целиком",
   "export.report": "Отчёт",
   "export.tracks": "Трассы на глобусе",
   "export.no_origin": "У системы координат записи нет начала на глобусе.",
