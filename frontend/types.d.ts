@@ -206,6 +206,28 @@ export interface Scenario {
   references: Reference[];
 }
 
+/** Simulated trials as the source of a run. */
+export interface TrialsRequest {
+  scenario: { preset: string; parameters?: Record<string, unknown> };
+  trials: number;
+  seed: number;
+  sweep?: Record<string, unknown[]>;
+}
+
+/** A reproduction of a figure or claim of a paper. */
+export interface Study {
+  name: string;
+  title: string;
+  summary: string;
+  family: string;
+  paper: Reference;
+  item: string;
+  scenario: string;
+  trials: number;
+  seed: number;
+  claims: { figure: string; claim: string; paper: string }[];
+}
+
 export interface ScenarioPreview {
   rows: number;
   unheard: number;
@@ -248,7 +270,7 @@ export interface Run {
   state: RunState;
   progress: { done: number; total: number; eta_s?: number | null };
   algorithms: RunEntry[];
-  source: { recording_id?: string; recording_ids?: string[]; name?: string; [more: string]: unknown };
+  source: { recording_id?: string; recording_ids?: string[]; name?: string; study?: string; [more: string]: unknown };
   seed: number | null;
   trials: number | null;
   label: string | null;

@@ -143,7 +143,7 @@ def leg_shapes(legs: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
             "y": 1,
             "xref": "x",
             "yref": "paper",
-            "yanchor": "bottom",
+            "yanchor": "top",
             "text": name,
             "showarrow": False,
             "font": {"size": 10, "color": theme.AXIS},

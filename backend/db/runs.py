@@ -317,8 +317,8 @@ _COLUMNS = [c for c in runs.c if c.name != "search_text"]
 
 
 def _search_text(label: str, tags: Sequence[str], algorithms: Sequence[Entry], source: Mapping[str, Any]) -> str:
-    recording = str(source.get("name", ""))
-    words = [label, *tags, *(e.label for e in algorithms), *(e.name for e in algorithms), recording]
+    origin = [str(source.get(name) or "") for name in ("name", "study")]
+    words = [label, *tags, *(e.label for e in algorithms), *(e.name for e in algorithms), *origin]
     return "\n".join(dict.fromkeys(words)).casefold()
 
 

@@ -9,7 +9,7 @@ import { THEMES, setTheme, theme } from "../js/theme.js";
 import { parseRoute } from "../js/router.js";
 import "./engine-state.js";
 import "./keyboard-help.js";
-import "./toast-area.js";
+import { toast } from "./toast-area.js";
 import "./drop-zone.js";
 import "./token-form.js";
 import { failed } from "./states.js";
@@ -23,6 +23,7 @@ const PLACES = [
   { name: "new", key: "nav.new" },
   { name: "recordings", key: "nav.recordings" },
   { name: "scenarios", key: "nav.scenarios" },
+  { name: "studies", key: "nav.studies" },
   { name: "algorithms", key: "nav.algorithms" },
 ];
 
@@ -33,6 +34,7 @@ const PAGES = /** @type {Record<string, [string, string | null]>} */ ({
   compare: ["compare-page", null],
   recordings: ["recordings-page", "recording-page"],
   scenarios: ["scenarios-page", null],
+  studies: ["studies-page", "study-page"],
   algorithms: ["algorithms-page", "algorithm-page"],
   about: ["about-page", null],
 });
@@ -158,6 +160,7 @@ class AppFrame extends HTMLElement {
     window.clearInterval(this.finder);
     this.finder = undefined;
     if (this.lostLine) this.lostLine.hidden = true;
+    toast(t("connection.found"));
     this.outlet?.classList.remove("stale");
     // What failed to load meanwhile is loaded by drawing the page again; a form in work is left alone.
     if (this.outlet?.querySelector(".failure") && !this.outlet.querySelector("form")) {

@@ -100,7 +100,7 @@ export class ScenarioEditor extends HTMLElement {
     const flat = parts.filter(({ shape }) => shape.kind === "scalar");
     return [
       flat.length ? h("div", { class: "fields" }, flat.map(({ field }) => this.field(field, owner, `${pointer}/${field.name}`, top))) : null,
-      ...parts.filter(({ shape }) => shape.kind !== "scalar").map(({ field, shape }) => this.part(field, shape, owner, `${pointer}/${field.name}`, top)),
+      ...parts.filter(({ shape }) => shape.kind !== "scalar").map(({ field, shape }) => this.pieceOf(field, shape, owner, `${pointer}/${field.name}`, top)),
     ];
   }
 
@@ -200,7 +200,7 @@ export class ScenarioEditor extends HTMLElement {
    * @param {string} pointer
    * @param {boolean} top
    */
-  part(field, shape, owner, pointer, top) {
+  pieceOf(field, shape, owner, pointer, top) {
     const head = h("div", { class: "name row" }, h("h3", { title: field.description, class: field.title === told(`group.${field.group}`, "") ? "sr-only" : null }, field.title), top ? this.resetter(field) : null);
     const line = h("p", { class: "error small bad", hidden: true });
     this.spots.set(pointer, { input: null, line, label: field.title });

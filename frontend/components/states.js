@@ -27,6 +27,16 @@ export function emptyState(text, ...actions) {
 }
 
 /**
+ * What was shown here was deleted meanwhile, and the way on.
+ * @param {string} text
+ * @param {string} href
+ * @param {string} where
+ */
+export function gone(text, href, where) {
+  return h("div", { class: "card", role: "alert" }, emptyState(text, h("a", { class: "button", href }, where)));
+}
+
+/**
  * There is nothing to show, and why.
  * @param {string} why
  */

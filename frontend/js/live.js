@@ -1,6 +1,7 @@
 // @ts-check
 // News of runs and recordings: one event stream per tab, open only while somebody waits for something and the
-// tab is visible; where the stream fails, the waiting pages are asked to look every two seconds.
+// tab is visible, because a browser opens few connections to one server; where the stream fails, the waiting pages
+// are asked to look every two seconds.
 
 import { apiUrl } from "./api.js";
 
@@ -10,7 +11,12 @@ const LOOK_EVERY_MS = 2000;
 // are invisible to EventSource), so a slow look goes on beside it.
 const SLOW_LOOK_MS = 10000;
 
-/** @type {Set<() => void>} */
+/**
+ * What changed; null = anything may have: nobody was listening for a while.
+ * @typedef {{kind: string, id: string, state?: string} | null} News
+ */
+
+/** @type {Set<(news: News) => void>} */
 const waiting = new Set();
 /** @type {EventSource | null} */
 let stream = null;
@@ -19,7 +25,7 @@ let lastLook = 0;
 
 /**
  * Call `look` whenever something changed, until the returned function is called.
- * @param {() => void} look must be cheap and safe to call often
+ * @param {(news: News) => void} look must be cheap and safe to call often
  * @returns {() => void}
  */
 export function watch(look) {
@@ -31,21 +37,33 @@ export function watch(look) {
   };
 }
 
-function tell() {
-  lastLook = Date.now();
-  for (const look of waiting) look();
+/** @param {News} news */
+function tell(news) {
+  if (news === null) lastLook = Date.now();
+  for (const look of waiting) look(news);
+}
+
+function open() {
+  stream = new EventSource(apiUrl("events"));
+  // What happened before it opened, or while it was away, was not told.
+  stream.addEventListener("open", () => tell(null));
+  for (const kind of KINDS) {
+    stream.addEventListener(kind, (event) => {
+      const { id, run_id: run, state } = JSON.parse(/** @type {MessageEvent} */ (event).data);
+      tell({ kind, id: id ?? run ?? "", state });
+    });
+  }
 }
 
 /** Open or close the stream and the timer according to who waits. */
 function adjust() {
   const wanted = waiting.size > 0 && document.visibilityState === "visible";
   if (wanted && !stream) {
-    stream = new EventSource(apiUrl("events"));
-    for (const kind of KINDS) stream.addEventListener(kind, tell);
+    open();
     timer = window.setInterval(() => {
       const alive = stream?.readyState === EventSource.OPEN;
-      if (stream?.readyState === EventSource.CLOSED) reopen();
-      if (!alive || Date.now() - lastLook >= SLOW_LOOK_MS) tell();
+      if (stream?.readyState === EventSource.CLOSED) open();
+      if (!alive || Date.now() - lastLook >= SLOW_LOOK_MS) tell(null);
     }, LOOK_EVERY_MS);
   } else if (!wanted && stream) {
     stream.close();
@@ -54,15 +72,9 @@ function adjust() {
   }
 }
 
-function reopen() {
-  stream?.close();
-  stream = new EventSource(apiUrl("events"));
-  for (const kind of KINDS) stream.addEventListener(kind, tell);
-}
-
 document.addEventListener("visibilitychange", () => {
   adjust();
-  if (document.visibilityState === "visible") tell();
+  if (document.visibilityState === "visible") tell(null);
 });
 window.addEventListener("pagehide", () => stream?.close());
 

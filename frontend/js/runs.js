@@ -4,7 +4,7 @@
 import { said, t } from "./i18n.js";
 import { routeTo } from "./router.js";
 
-/** @import { Run } from "../types.d.ts" */
+/** @import { Run, TrialsRequest } from "../types.d.ts" */
 
 /** The words for a run: its label, else what it reprocessed. @param {Run} run */
 export function titleOf(run) {
@@ -20,17 +20,27 @@ export function durationOf(run) {
 /**
  * What would start this run again.
  * @param {Run} run
+ * @returns {import("./snippets.js").Request}
  */
 export function requestOf(run) {
-  return { recording_id: run.source.recording_id ?? "", algorithms: run.algorithms.map((entry) => ({
+  const { scenario, sweep, study } = /** @type {{scenario?: TrialsRequest["scenario"], sweep?: TrialsRequest["sweep"] | null, study?: string}} */ (run.source);
+  const named = { ...(run.label ? { label: run.label } : {}), ...(run.tags.length ? { tags: run.tags } : {}), ...(run.seed ? { seed: run.seed } : {}) };
+  if (study) return { study, trials: run.trials ?? 1, ...named };
+  const algorithms = run.algorithms.map((entry) => ({
     name: entry.name,
     ...(entry.label && entry.label !== entry.name ? { label: entry.label } : {}),
     ...(entry.parameters && Object.keys(entry.parameters).length ? { parameters: entry.parameters } : {}),
-  })), ...(run.label ? { label: run.label } : {}), ...(run.tags.length ? { tags: run.tags } : {}), ...(run.seed ? { seed: run.seed } : {}) };
+  }));
+  if (scenario) return { scenario, trials: run.trials ?? 1, ...(sweep ? { sweep } : {}), algorithms, ...named };
+  return { recording_id: run.source.recording_id ?? "", algorithms, ...named };
 }
 
-/** The page that composes this run again, everything filled in. @param {Run} run */
+/** The page that composes this run again, everything filled in; of a study the page of the study. @param {Run} run */
 export function againRoute(run) {
-  const { recording_id, algorithms, label, tags, seed } = requestOf(run);
-  return routeTo(["new"], { recording: recording_id, a: algorithms.map((entry) => JSON.stringify(entry)), label, tag: tags, seed: seed ? String(seed) : null });
+  const { recording_id, algorithms = [], scenario, trials, sweep, label, tags, seed, study } = requestOf(run);
+  if (study) return routeTo(["studies", study]);
+  return routeTo(["new"], {
+    recording: recording_id, scenario: scenario ? JSON.stringify(scenario) : null, trials: scenario ? String(trials) : null, sweep: sweep ? JSON.stringify(sweep) : null,
+    a: algorithms.map((entry) => JSON.stringify(entry)), label, tag: tags, seed: seed ? String(seed) : null,
+  });
 }

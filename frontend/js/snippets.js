@@ -1,12 +1,16 @@
 // @ts-check
 // Commands that do again, from a terminal or a script, what the page shows.
 
-/** @import { RunEntry } from "../types.d.ts" */
+/** @import { RunEntry, TrialsRequest } from "../types.d.ts" */
 
 /**
  * @typedef {object} Request
- * @property {string} recording_id
- * @property {RunEntry[]} algorithms
+ * @property {string} [recording_id]
+ * @property {string} [study]
+ * @property {TrialsRequest["scenario"]} [scenario]
+ * @property {number} [trials]
+ * @property {TrialsRequest["sweep"]} [sweep]
+ * @property {RunEntry[]} [algorithms]
  * @property {string} [label]
  * @property {string[]} [tags]
  * @property {number} [seed]

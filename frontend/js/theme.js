@@ -8,6 +8,13 @@ export const THEMES = /** @type {const} */ (["auto", "light", "dark"]);
 const system = window.matchMedia("(prefers-color-scheme: dark)");
 system.addEventListener("change", () => themes.dispatchEvent(new Event("change")));
 
+// A choice made in another tab holds here too.
+window.addEventListener("storage", (event) => {
+  if (event.key !== "filterroom.theme") return;
+  applyTheme();
+  themes.dispatchEvent(new Event("change"));
+});
+
 /** @returns {Theme} */
 export function theme() {
   return THEMES.find((name) => name === localStorage.getItem("filterroom.theme")) ?? "auto";

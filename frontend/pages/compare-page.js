@@ -5,6 +5,7 @@ import { define, h, put } from "../js/dom.js";
 import { Problem, get } from "../js/api.js";
 import { CursorBus } from "../js/cursor.js";
 import { t, told } from "../js/i18n.js";
+import { throttled, watch } from "../js/live.js";
 import { formatExact } from "../js/numbers.js";
 import { changeQuery, rememberQuery, routeTo } from "../js/router.js";
 import { setTitle } from "../components/app-frame.js";
@@ -51,11 +52,28 @@ class ComparePage extends HTMLElement {
     setTitle(t("compare.title"));
     this.stop = new AbortController();
     put(this, h("h1", { class: "sr-only" }, t("compare.title")), loading());
+    const look = throttled(() => this.lookAgain());
+    this.unwatch = watch((news) => { if (this.comparison && (!news || this.runs.includes(news.id))) look(); });
     this.load();
   }
 
   disconnectedCallback() {
     this.stop?.abort();
+    this.unwatch?.();
+  }
+
+  /** A run may have got another name, or be gone: nothing of it stays on the page. */
+  async lookAgain() {
+    try {
+      const comparison = await this.ask();
+      if (JSON.stringify(comparison) === JSON.stringify(this.comparison)) return;
+      this.comparison = comparison;
+      this.drawTables();
+    } catch (error) {
+      if (this.stop?.signal.aborted || !(error instanceof Problem) || error.status === 0) return;
+      this.comparison = null;
+      put(this, h("h1", { class: "sr-only" }, t("compare.title")), failed(error, { retry: () => this.load() }), this.others(error));
+    }
   }
 
   /** @param {URLSearchParams} query */

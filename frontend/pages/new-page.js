@@ -16,11 +16,15 @@ import { emptyState, failed, loading, stateBadge } from "../components/states.js
 import { toast } from "../components/toast-area.js";
 import "../components/algorithm-entries.js";
 import "../components/recording-upload.js";
+import "../components/scenario-source.js";
 
-/** @import { Algorithm, Recording, Run, RunEntry, RunEstimate } from "../types.d.ts" */
+/** @import { Algorithm, Recording, Run, RunEntry, RunEstimate, Scenario } from "../types.d.ts" */
 /** @import { Route } from "../js/router.js" */
 /** @import { AlgorithmEntries } from "../components/algorithm-entries.js" */
 /** @import { RecordingUpload } from "../components/recording-upload.js" */
+/** @import { ScenarioSource } from "../components/scenario-source.js" */
+
+/** @typedef {"recording" | "upload" | "scenario"} Mode */
 
 class NewPage extends HTMLElement {
   /** @type {Route} */
@@ -37,10 +41,12 @@ class NewPage extends HTMLElement {
     this.stop = new AbortController();
     put(this, loading());
     try {
-      const [recordings, algorithms] = await Promise.all([
+      const [recordings, algorithms, scenarios] = await Promise.all([
         /** @type {Promise<Recording[]>} */ (listAll("recordings", { signal: this.stop.signal })),
         /** @type {Promise<{items: Algorithm[]}>} */ (get("algorithms", { signal: this.stop.signal })),
+        /** @type {Promise<{items: Scenario[]}>} */ (get("scenarios", { signal: this.stop.signal })),
       ]);
+      this.scenarios = scenarios.items;
       this.recordings = recordings;
       this.algorithms = algorithms.items;
     } catch (error) {
@@ -48,6 +54,8 @@ class NewPage extends HTMLElement {
       return;
     }
     this.draw();
+    const look = throttled(() => this.lookAgain());
+    this.unwatch = watch((news) => { if (!news || news.kind === "recording.changed") look(); });
   }
 
   disconnectedCallback() {
@@ -66,6 +74,10 @@ class NewPage extends HTMLElement {
     this.upload = /** @type {RecordingUpload} */ (document.createElement("recording-upload"));
     this.upload.onuploaded = (recording) => this.take(recording);
     this.picker = h("div", { class: "picker", role: "radiogroup", "aria-label": t("compose.recording") });
+    this.trials = /** @type {ScenarioSource} */ (document.createElement("scenario-source"));
+    Object.assign(this.trials, { scenarios: this.scenarios ?? [], algorithms: this.algorithms ?? [] });
+    this.trials.take(readTrials(query));
+    this.trials.onchanged = () => this.remember();
     this.report = h("div", { class: "stack", "aria-live": "polite" });
     this.sourceBody = h("div", { class: "card-body stack" });
     this.message = h("div", { class: "grow" });
@@ -80,33 +92,40 @@ class NewPage extends HTMLElement {
       h("div", { class: "compose" },
         h("section", { class: "card", "aria-label": t("compose.source") },
           h("div", { class: "card-head" }, h("h2", { class: "grow" }, t("compose.source")),
-            this.modeButton = h("button", { type: "button", class: "plain", onclick: () => this.setUploading(this.uploading !== true) })),
+            h("div", { class: "segments", role: "group", "aria-label": t("compose.source") }, /** @type {Mode[]} */ (["recording", "upload", "scenario"]).map((mode) => h("button", { type: "button", data: { mode }, onclick: () => { this.setMode(mode); this.remember(); } }, t(`compose.mode_${mode}`))))),
           this.sourceBody),
         h("section", { "aria-label": t("compose.algorithms") }, this.entries)),
       h("div", { class: "startbar" },
         h("div", { class: "field" }, h("label", { for: label, class: "small muted" }, t("compose.run_label")), this.label),
         h("div", { class: "field" }, h("label", { for: tags, class: "small muted" }, t("run.tags")), this.tags),
-        this.seed ? h("span", { class: "small muted" }, t("compose.seed", { seed: this.seed })) : null,
+        this.seed && !query.has("scenario") ? h("span", { class: "small muted" }, t("compose.seed", { seed: this.seed })) : null,
         this.estimate = h("span", { class: "small muted", role: "status" }),
         this.message, this.start));
     const wanted = query.getAll("a").flatMap(readEntry);
     const unknown = this.entries.setEntries(wanted);
     if (unknown.length) put(this.message, h("p", { class: "warn" }, t("compose.unknown_algorithms", { names: unknown.join(", ") })));
-    this.setUploading(uploading);
+    this.setMode(query.has("scenario") ? "scenario" : uploading ? "upload" : "recording");
     if (dropped.length) this.upload.takeFiles(dropped);
     const id = query.get("recording");
     if (id) this.choose(id);
-    else if (!uploading && this.recordings.length === 1 && this.recordings[0]) this.choose(this.recordings[0].id);
+    else if (this.mode === "recording" && this.recordings.length === 1 && this.recordings[0]) this.choose(this.recordings[0].id);
     this.checkStart();
   }
 
-  /** @param {boolean} uploading */
-  setUploading(uploading) {
-    this.uploading = uploading;
-    if (!this.sourceBody || !this.modeButton || !this.upload || !this.picker || !this.report) return;
-    this.modeButton.textContent = t(uploading ? "compose.pick_recording" : "compose.upload_files");
+  /** @param {Mode} mode */
+  setMode(mode) {
+    this.mode = mode;
+    if (!this.sourceBody || !this.upload || !this.picker || !this.report || !this.trials) return;
+    for (const button of this.querySelectorAll("[data-mode]")) button.setAttribute("aria-pressed", String(/** @type {HTMLElement} */ (button).dataset.mode === mode));
     this.drawPicker();
-    put(this.sourceBody, uploading ? this.upload : this.picker, this.report);
+    if (mode === "scenario") {
+      put(this.sourceBody, this.trials);
+      this.entries?.setSource(null, this.trials.scenario?.kind ?? null);
+    } else {
+      put(this.sourceBody, mode === "upload" ? this.upload : this.picker, this.report);
+      this.entries?.setSource(this.recording?.site ?? null, this.recording?.kind ?? null);
+    }
+    this.checkStart();
   }
 
   drawPicker() {
@@ -122,7 +141,7 @@ class NewPage extends HTMLElement {
   /** Take what was uploaded as the source. @param {Recording} recording */
   take(recording) {
     this.recordings = [recording, ...this.recordings.filter((one) => one.id !== recording.id)];
-    this.setUploading(false);
+    this.setMode("recording");
     this.choose(recording.id, recording);
   }
 
@@ -135,9 +154,6 @@ class NewPage extends HTMLElement {
     try {
       const recording = known?.rejections ? known : /** @type {Recording} */ (await get(`recordings/${id}`, { signal: this.stop?.signal }));
       this.recording = recording;
-      this.unwatch?.();
-      this.unwatch = null;
-      if (recording.state === "parsing") this.unwatch = watch(throttled(async () => this.choose(id)));
       this.entries?.setSource(recording.site, recording.kind);
       this.showReport(recording);
       for (const radio of this.picker?.querySelectorAll("input") ?? []) radio.checked = radio.value === id;
@@ -147,6 +163,26 @@ class NewPage extends HTMLElement {
       put(/** @type {HTMLElement} */ (this.report), failed(error));
     }
     this.checkStart();
+  }
+
+  /** The recordings may be others now: read to the end, uploaded in another tab, deleted there. */
+  async lookAgain() {
+    /** @type {Recording[]} */
+    const found = await listAll("recordings", { signal: this.stop?.signal }).catch(() => this.recordings);
+    if (JSON.stringify(found) === JSON.stringify(this.recordings)) return;
+    this.recordings = found;
+    const focused = this.picker?.contains(document.activeElement) ? /** @type {HTMLInputElement} */ (document.activeElement).value : null;
+    this.drawPicker();
+    if (focused) /** @type {HTMLElement | null | undefined} */ (this.picker?.querySelector(`input[value="${CSS.escape(focused)}"]`))?.focus();
+    const { recording } = this;
+    if (!recording) return;
+    const now = found.find((one) => one.id === recording.id);
+    if (now && now.state !== recording.state) await this.choose(now.id);
+    else if (!now) {
+      this.recording = null;
+      put(/** @type {HTMLElement} */ (this.report), h("p", { class: "warn", role: "alert" }, t("compose.gone")));
+      this.checkStart();
+    }
   }
 
   /** @param {Recording} recording */
@@ -164,7 +200,13 @@ class NewPage extends HTMLElement {
 
   remember() {
     const { entries } = /** @type {AlgorithmEntries} */ (this.entries).read();
-    rememberQuery({ a: entries.map((entry) => JSON.stringify(entry)), label: this.label?.value.trim() || null, tag: readTags(this.tags?.value ?? "") });
+    const trials = this.mode === "scenario" ? this.trials?.read().request : null;
+    rememberQuery({
+      a: entries.map((entry) => JSON.stringify(entry)), label: this.label?.value.trim() || null, tag: readTags(this.tags?.value ?? ""),
+      scenario: trials ? JSON.stringify(trials.scenario) : null, trials: trials ? String(trials.trials) : null, sweep: trials?.sweep ? JSON.stringify(trials.sweep) : null,
+      seed: trials ? String(trials.seed || "") : this.seed ? String(this.seed) : null,
+    });
+    if (this.mode === "scenario") this.entries?.setSource(null, this.trials?.scenario?.kind ?? null);
     put(/** @type {HTMLElement} */ (this.message));
     this.checkStart();
   }
@@ -172,7 +214,9 @@ class NewPage extends HTMLElement {
   checkStart() {
     if (!this.start || !this.entries) return;
     const { entries, wrong } = this.entries.read();
-    this.start.disabled = this.busy === true || this.recording?.state !== "ready" || !entries.length || wrong;
+    this.trials?.setEntries(entries);
+    const ready = this.mode === "scenario" ? this.trials?.read().wrong === false : this.recording?.state === "ready";
+    this.start.disabled = this.busy === true || !ready || !entries.length || wrong;
     clearTimeout(this.asking);
     if (this.start.disabled) put(/** @type {HTMLElement} */ (this.estimate));
     else this.asking = setTimeout(() => this.ask(), 300);
@@ -180,7 +224,7 @@ class NewPage extends HTMLElement {
 
   /** What the run would take; an answer to an earlier choice is not shown, and what is wrong is said at the start. */
   async ask() {
-    const body = { algorithms: this.entries?.read().entries ?? [], recording_id: this.recording?.id };
+    const body = { algorithms: this.entries?.read().entries ?? [], ...this.sourceOf() };
     const asked = (this.asked = JSON.stringify(body));
     /** @type {RunEstimate | null} */
     const found = await post("runs/estimate", body).catch((error) => {
@@ -190,15 +234,21 @@ class NewPage extends HTMLElement {
     if (this.asked === asked && this.start?.disabled === false) put(/** @type {HTMLElement} */ (this.estimate), found ? estimateWords(found) : "");
   }
 
+  /** Where the measurements come from, as it is sent. */
+  sourceOf() {
+    if (this.mode === "scenario") return this.trials?.read().request;
+    return { recording_id: this.recording?.id, ...(this.seed ? { seed: this.seed } : {}) };
+  }
+
   async submit() {
     const { entries } = /** @type {AlgorithmEntries} */ (this.entries).read();
-    if (!this.recording) return;
+    if (!this.recording && this.mode !== "scenario") return;
     this.busy = true;
     this.checkStart();
     try {
       /** @type {Run} */
       const run = await post("runs", {
-        algorithms: entries, recording_id: this.recording.id, label: this.label?.value.trim() ?? "", tags: readTags(this.tags?.value ?? ""), ...(this.seed ? { seed: this.seed } : {}),
+        algorithms: entries, ...this.sourceOf(), label: this.label?.value.trim() ?? "", tags: readTags(this.tags?.value ?? ""),
       });
       document.dispatchEvent(new Event("filterroom:runs"));
       toast(t("toast.started"));
@@ -226,6 +276,18 @@ function estimateWords(found) {
     found.memory_bytes === null ? "" : t("compose.memory", { size: formatBytes(found.memory_bytes) }),
     found.queue_position ? t("compose.waits_for", { n: found.queue_position }) : "",
   ].filter(Boolean).join(" · ");
+}
+
+/** Simulated trials that an address asks for. @param {URLSearchParams} query @returns {Partial<import("../types.d.ts").TrialsRequest>} */
+function readTrials(query) {
+  const parsed = (/** @type {string} */ name) => {
+    try {
+      return JSON.parse(query.get(name) ?? "null") ?? undefined;
+    } catch {
+      return undefined; // a cut-off address: start without it
+    }
+  };
+  return { scenario: parsed("scenario"), sweep: parsed("sweep"), trials: Number(query.get("trials")) || undefined, seed: Number(query.get("seed")) || undefined };
 }
 
 /** @param {string} text @returns {RunEntry[]} */

@@ -14,7 +14,7 @@ import { planTools } from "../components/plan-tools.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
 import { readCounts, rejectionsTable, warningsList } from "../components/recording-report.js";
 import { siteTable } from "../components/site-table.js";
-import { failed, loading, stateBadge, wordsOf } from "../components/states.js";
+import { failed, gone, loading, stateBadge, wordsOf } from "../components/states.js";
 import { showTargetOf, targetPicker } from "../components/target-picker.js";
 import { toast } from "../components/toast-area.js";
 import "../components/recording-upload.js";
@@ -30,6 +30,7 @@ class RecordingPage extends HTMLElement {
   route = { path: [], query: new URLSearchParams() };
   /** @type {(() => void) | null} */
   unwatch = null;
+  leaving = false;
   /** What is drawn. @type {Recording | null} */
   recording = null;
   /** @type {ChartPanel[]} */
@@ -45,6 +46,8 @@ class RecordingPage extends HTMLElement {
     setTitle(t("recordings.one"));
     this.stop = new AbortController();
     put(this, loading());
+    const look = throttled(() => this.load());
+    this.unwatch = watch((news) => { if (!this.leaving && (!news || news.id === this.recordingId)) look(); });
     this.load();
   }
 
@@ -69,14 +72,17 @@ class RecordingPage extends HTMLElement {
       /** @type {Recording} */
       const recording = await get(`recordings/${this.recordingId}`, { signal: this.stop?.signal });
       setTitle(recording.name, t("recordings.one"));
-      if (recording.state === "parsing") this.unwatch ??= watch(throttled(() => this.load()));
-      else {
-        this.unwatch?.();
-        this.unwatch = null;
-      }
-      this.draw(recording);
+      // What stands there already stays, and with it what is being filled in.
+      if (JSON.stringify(recording) !== JSON.stringify(this.recording)) this.draw(recording);
+      this.recording = recording;
     } catch (error) {
-      if (!this.stop?.signal.aborted) put(this, h("h1", { class: "sr-only" }, t("recordings.one")), failed(error, { retry: () => this.load() }));
+      // While the server is away the frame says so, and what was drawn stays.
+      if (this.stop?.signal.aborted || (this.recording && error instanceof Problem && error.status === 0)) return;
+      const deleted = this.recording && error instanceof Problem && error.status === 404;
+      put(this, h("h1", { class: "sr-only" }, t("recordings.one")),
+        deleted ? gone(t("recordings.gone"), "#/recordings", t("nav.recordings")) : failed(error, { retry: () => this.load() }));
+      if (deleted) this.unwatch?.();
+      this.recording = null;
     }
   }
 
@@ -158,16 +164,21 @@ class RecordingPage extends HTMLElement {
   /** @param {Recording} recording */
   async delete(recording) {
     if (!(await confirmDeletion(t("recordings.delete_question", { name: recording.name }), t("recordings.delete_detail")))) return;
+    // The news of one's own deletion is no news.
+    this.leaving = true;
     try {
-      await remove(`recordings/${recording.id}`);
+      await remove(`recordings/${recording.id}`).catch(async (error) => {
+        if (!(error instanceof Problem) || error.code !== "recording_in_use") throw error;
+        if (await confirmDeletion(t("recordings.delete_runs_question"), wordsOf(error))) await remove(`recordings/${recording.id}`, { runs: "delete" });
+        else this.leaving = false;
+      });
     } catch (error) {
-      if (!(error instanceof Problem) || error.status !== 409) return toast(wordsOf(error));
-      if (!(await confirmDeletion(t("recordings.delete_runs_question"), wordsOf(error)))) return undefined;
-      await remove(`recordings/${recording.id}`, { runs: "delete" });
+      this.leaving = false;
+      toast(wordsOf(error));
     }
+    if (!this.leaving) return;
     toast(t("toast.deleted"));
     go("#/recordings");
-    return undefined;
   }
 }
 

@@ -39,6 +39,8 @@ class RecordingsPage extends HTMLElement {
       h("div", { class: "page-head" }, h("h1", { class: "sr-only" }, t("recordings.title")), filter,
         h("div", { class: "actions" }, h("a", { class: "button primary", href: "#/new?source=upload" }, t("recordings.upload")))),
       this.body);
+    const look = throttled(() => this.load());
+    this.unwatch = watch((news) => { if (!news || news.kind === "recording.changed") look(); });
     this.load();
   }
 
@@ -49,12 +51,11 @@ class RecordingsPage extends HTMLElement {
 
   async load() {
     try {
-      this.recordings = await listAll("recordings", { signal: this.stop?.signal });
+      /** @type {Recording[]} */
+      const found = await listAll("recordings", { signal: this.stop?.signal });
+      if (this.table?.isConnected && JSON.stringify(found) === JSON.stringify(this.recordings)) return;
+      this.recordings = found;
       this.show();
-      const parsing = this.recordings.some((recording) => recording.state === "parsing");
-      if (parsing && !this.unwatch) this.unwatch = watch(throttled(() => this.load()));
-      if (!parsing) this.unwatch?.();
-      if (!parsing) this.unwatch = null;
     } catch (error) {
       if (!this.stop?.signal.aborted && !this.recordings.length) put(/** @type {HTMLElement} */ (this.body), failed(error, { retry: () => this.load() }));
     }

@@ -19,7 +19,8 @@ import { confirmDeletion } from "../components/confirm-dialog.js";
 import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTab, tracksTab } from "../components/run-tabs.js";
 import { editButton, tagLinks } from "../components/run-name-form.js";
 import { runVerdict } from "../components/run-verdict.js";
-import { emptyState, failed, loading, stateBadge, wordsOf } from "../components/states.js";
+import { claimsTab, comparisonsTab, consistencyTab, trialMetricsTab } from "../components/trial-tabs.js";
+import { emptyState, failed, gone, loading, stateBadge, wordsOf } from "../components/states.js";
 import { showTargetOf, targetPicker } from "../components/target-picker.js";
 import { copyText, toast } from "../components/toast-area.js";
 import "../components/legend-chips.js";
@@ -33,8 +34,12 @@ import "../components/tab-bar.js";
 /** @import { TabBar } from "../components/tab-bar.js" */
 /** @import { TargetPicker } from "../components/target-picker.js" */
 
-// The plan stands at the left, these two beside it; whatever else a run has follows below.
+// The plan, or the error over trials, stands at the left, these beside it; whatever else a run has follows below.
+const FIRST = ["trials_sweep", "trials_error", "plan"];
 const BESIDE = ["drms", "nis"];
+const BESIDE_TRIALS = ["trials_error", "trials_consistency"];
+// While trials run the charts are drawn anew this often at most.
+const LOOK_MS = 700;
 
 class RunPage extends HTMLElement {
   /** @type {Route} */
@@ -47,6 +52,7 @@ class RunPage extends HTMLElement {
   /** @type {ChartPanel[]} */
   panels = [];
   drawn = "";
+  leaving = false;
   /** @type {TargetPicker | null} */
   picker = null;
   /** Draws what stands below the charts. @type {() => TabBar} */
@@ -62,6 +68,8 @@ class RunPage extends HTMLElement {
     this.head = h("div", { class: "run-head" });
     this.body = h("div", null, loading());
     put(this, this.head, this.body);
+    const look = throttled(() => this.load());
+    this.unwatch = watch((news) => { if (!this.leaving && (!news || news.id === this.runId)) look(); });
     this.load();
   }
 
@@ -86,16 +94,15 @@ class RunPage extends HTMLElement {
     try {
       /** @type {Run} */
       const run = await get(`runs/${this.runId}`, { signal: this.stop?.signal });
-      this.run = run;
       setTitle(titleOf(run), t("run.title"));
-      const active = run.state === "queued" || run.state === "running";
-      if (active) this.unwatch ??= watch(throttled(() => this.load()));
-      else {
-        this.unwatch?.();
-        this.unwatch = null;
+      // What stands there already stays, and with it the focus.
+      const same = JSON.stringify(run) === JSON.stringify(this.run);
+      this.run = run;
+      if (!same) this.drawHead(run, run.state === "queued" || run.state === "running");
+      if (this.drawn === run.state) {
+        if (run.state === "running" && run.source.scenario) this.lookAtTrials(run);
+        return;
       }
-      this.drawHead(run, active);
-      if (this.drawn !== run.state) await this.drawBody(run);
       this.drawn = run.state;
       await this.drawBody(run).catch((error) => {
         this.drawn = "";
@@ -104,8 +111,12 @@ class RunPage extends HTMLElement {
     } catch (error) {
       // While the server is away the frame says so, and what was drawn stays.
       if (this.stop?.signal.aborted || (this.run && error instanceof Problem && error.status === 0)) return;
-      if (!this.run) put(/** @type {HTMLElement} */ (this.head), h("h1", { class: "sr-only" }, t("run.title")));
-      put(/** @type {HTMLElement} */ (this.body), failed(error, { retry: () => this.load() }));
+      put(/** @type {HTMLElement} */ (this.head), h("h1", { class: "sr-only" }, t("run.title")));
+      const deleted = this.run && error instanceof Problem && error.status === 404;
+      put(/** @type {HTMLElement} */ (this.body), deleted ? gone(t("run.gone"), "#/runs", t("nav.runs")) : failed(error, { retry: () => this.load() }));
+      if (deleted) this.unwatch?.();
+      this.run = null;
+      this.drawn = "";
     }
   }
 
@@ -118,6 +129,7 @@ class RunPage extends HTMLElement {
     const share = run.progress.total ? run.progress.done / run.progress.total : 0;
     const recording = run.source.recording_id;
     const details = [
+      run.source.scenario ? t("trials.of", { n: run.trials ?? 1 }) : "",
       run.seed === null ? "" : t("run.seed", { seed: run.seed }),
       durationOf(run) === null ? "" : formatDuration(durationOf(run)),
       formatInstant(run.created_at),
@@ -129,6 +141,7 @@ class RunPage extends HTMLElement {
       name, editButton(run, titleOf(run), () => name, () => this.load()), stateBadge(run.state),
       h("span", { class: "muted small" }, details),
       recording && run.label ? h("a", { class: "small break", href: routeTo(["recordings", recording]) }, run.source.name ?? t("recordings.one")) : recording ? h("a", { class: "small", href: routeTo(["recordings", recording]) }, t("recordings.one")) : null,
+      run.source.study ? h("a", { class: "small", href: routeTo(["studies", run.source.study]) }, t("studies.one")) : run.source.scenario ? h("a", { class: "small", href: scenarioRoute(run) }, t("trials.scenario")) : null,
       active ? h("span", { class: "row" },
         h("progress", { value: share, max: 1, "aria-label": t("run.progress") }),
         h("span", { class: "small muted", role: "status" }, progressText(run, share))) : null,
@@ -144,6 +157,7 @@ class RunPage extends HTMLElement {
   async drawBody(run) {
     const body = /** @type {HTMLElement} */ (this.body);
     if (run.state === "queued") put(body, h("div", { class: "card" }, emptyState(t("run.is_queued"))));
+    else if (run.state === "running" && run.source.scenario) this.drawTrials(run, body);
     else if (run.state === "running") put(body, h("div", { class: "card" }, emptyState(t("run.is_running"))));
     else if (run.state === "succeeded") await this.drawResult(run, body);
     else {
@@ -151,6 +165,36 @@ class RunPage extends HTMLElement {
       put(body, h("div", { class: "stack" },
         run.state === "failed" ? failed(run.error ?? { code: "internal" }) : h("p", { class: "notice" }, t("run.was_cancelled")), tabs));
     }
+  }
+
+  /** What the finished trials of a running run say. @param {Run} run @param {HTMLElement} body */
+  drawTrials(run, body) {
+    this.panels = [];
+    this.sofar = h("p", { class: "notice", role: "status" }, t("trials.waiting"));
+    this.below = h("div");
+    put(body, this.sofar, this.trialCharts = h("div", { class: "run-charts" }), this.below);
+    this.lookAtTrials(run);
+  }
+
+  /** Draw what is new, at most so often, without losing what was zoomed into. @param {Run} run */
+  async lookAtTrials(run) {
+    const { done, total } = run.progress;
+    const cells = Math.max(1, Math.round(total / (run.trials ?? 1)));
+    if (this.sofar) put(this.sofar, t("trials.sofar", { done: Math.floor(done / cells), n: run.trials ?? 1 }));
+    if (!done) return;
+    const at = Date.now();
+    if (at - (this.looked ?? 0) < LOOK_MS) return;
+    this.looked = at;
+    if (!this.panels.length) {
+      // Nothing is finished yet: the next news brings it.
+      const found = await get(`runs/${run.id}/charts`, { signal: this.stop?.signal }).catch(() => null);
+      if (!found || this.panels.length || this.run?.state !== "running") return;
+      this.panels = found.items.map((/** @type {ChartItem} */ chart) => chartPanel({
+        source: `runs/${run.id}/charts/${chart.name}`, query: {}, heading: told(`chart.${chart.name}`, chart.title), bus: this.bus, hidden: new Set(), class: "rest", onpick: null,
+      }));
+      put(/** @type {HTMLElement} */ (this.trialCharts), this.panels);
+    } else for (const panel of this.panels) panel.load();
+    put(/** @type {HTMLElement} */ (this.below), this.tabs([{ name: "metrics", title: t("tab.metrics"), draw: () => trialMetricsTab(run) }, { name: "log", title: t("tab.log"), draw: () => logTab(run) }]));
   }
 
   /**
@@ -182,8 +226,8 @@ class RunPage extends HTMLElement {
       onpick: targets.length > 1 ? (mark) => this.pick(mark) : null,
     });
     const byName = new Map(charts.items.map((chart) => [chart.name, chart]));
-    const first = byName.get("plan") ?? charts.items[0];
-    const beside = BESIDE.flatMap((name) => byName.get(name) ?? []).filter((chart) => chart !== first);
+    const first = FIRST.flatMap((name) => byName.get(name) ?? [])[0] ?? charts.items[0];
+    const beside = (run.source.scenario ? BESIDE_TRIALS : BESIDE).flatMap((name) => byName.get(name) ?? []).filter((chart) => chart !== first);
     const rest = charts.items.filter((chart) => chart !== first && !beside.includes(chart));
     this.panels = [
       ...(first ? [panel(first, "first")] : []),
@@ -193,7 +237,8 @@ class RunPage extends HTMLElement {
     const plan = this.panels.find((one) => first?.name === "plan" && one.className === "first");
     if (plan) plan.foot = [timePlayer(plan, this.bus), planTools(plan, site?.origin)];
     this.makeTabs = () => this.resultTabs(run, charts.items, tables.items, targets.length > 1);
-    this.verdict = h("div", null, runVerdict(this.target ? null : run.summary));
+    const example = run.source.scenario ? h("p", { class: "small muted" }, t("trials.example")) : null;
+    this.verdict = h("div", null, runVerdict(this.target ? null : run.summary), example);
     this.below = h("div", null, this.makeTabs());
     put(body,
       h("div", { class: "run-legend" }, chips, picker, h("span", { class: "small muted" }, t("run.legend_more"))),
@@ -246,7 +291,10 @@ class RunPage extends HTMLElement {
     // How many of them are of one target is seen when they are loaded.
     const decisions = target ? undefined : count("decisions");
     return this.tabs([
-      { name: "metrics", title: t("tab.metrics"), draw: () => metricsTab(run, target) },
+      ...(has("claims") ? [{ name: "claims", title: t("tab.claims"), draw: () => claimsTab(run) }] : []),
+      { name: "metrics", title: t("tab.metrics"), draw: () => (run.source.scenario ? trialMetricsTab(run) : metricsTab(run, target)) },
+      ...(has("comparisons") ? [{ name: "comparisons", title: t("tab.comparisons"), draw: () => comparisonsTab(run) }] : []),
+      ...(has("consistency") ? [{ name: "consistency", title: t("tab.consistency"), draw: () => consistencyTab(run) }] : []),
       ...(has("decisions") ? [{ name: "decisions", title: decisions === undefined ? t("tab.decisions") : t("tab.decisions_count", { n: decisions }), draw: () => decisionsTab(run, target, this.bus) }] : []),
       ...(has("tracks") ? [{ name: "tracks", title: t("tab.tracks"), draw: () => tracksTab(run, target, choosable ? (name) => changeQuery({ target: name }) : null) }] : []),
       ...(has("receivers") ? [{ name: "receivers", title: t("tab.receivers"), draw: () => receiversTab(run, target) }] : []),
@@ -276,14 +324,23 @@ class RunPage extends HTMLElement {
   /** @param {Run} run */
   async delete(run) {
     if (!(await confirmDeletion(t("runs.delete_question", { name: titleOf(run) }), t("runs.delete_detail")))) return;
+    // The news of one's own deletion is no news.
+    this.leaving = true;
     try {
       await remove(`runs/${run.id}`);
       toast(t("toast.deleted"));
       go("#/runs");
     } catch (error) {
+      this.leaving = false;
       toast(wordsOf(error));
     }
   }
+}
+
+/** Where the scenario of a run is looked at and changed. @param {Run} run */
+function scenarioRoute(run) {
+  const { preset, parameters } = /** @type {{preset: string, parameters?: Record<string, unknown>}} */ (run.source.scenario);
+  return routeTo(["scenarios"], { preset, parameters: parameters && Object.keys(parameters).length ? JSON.stringify(parameters) : null, seed: run.seed ? String(run.seed) : null });
 }
 
 /** The metrics of one target as the summary of a run. @param {Run} run @param {string} target */

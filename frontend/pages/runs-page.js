@@ -30,8 +30,6 @@ const PAGE_RUNS = 50;
 // The server gives at most so many at once.
 const MOST_RUNS = 500;
 const TYPING_MS = 200;
-// What has the focus keeps it when the rows are drawn anew.
-const KEEP_FOCUS = ["data-row-link", "data-edit", "data-pick"];
 
 class RunsPage extends HTMLElement {
   /** @type {Route} */
@@ -50,6 +48,10 @@ class RunsPage extends HTMLElement {
   picked = [];
   /** Every run seen so far: what is ticked may be filtered away. @type {Map<string, Run>} */
   known = new Map();
+  /** The rows that are drawn. */
+  drawn = "";
+  /** A pointer is down in the list: rows that changed now would swallow its click. */
+  pressed = false;
 
   connectedCallback() {
     setTitle(t("runs.title"));
@@ -69,10 +71,21 @@ class RunsPage extends HTMLElement {
       h("div", { class: "dropline" }, h("span", null, t("runs.drop")),
         h("button", { type: "button", class: "link", onclick: () => picker.click() }, t("runs.choose_files")), picker),
       this.body, this.foot, this.tray);
-    this.look = throttled(() => this.load());
-    document.addEventListener("visibilitychange", () => {
-      if (document.visibilityState === "visible") this.look?.();
-    }, { signal });
+    this.body.addEventListener("pointerdown", () => { this.pressed = true; }, { signal });
+    for (const end of ["pointerup", "pointercancel"]) {
+      // The click comes after it.
+      window.addEventListener(end, () => setTimeout(() => {
+        if (this.pressed && this.isConnected) {
+          this.pressed = false;
+          this.show();
+        }
+      }), { signal });
+    }
+    const [look, lookAtChoices] = [throttled(() => this.load()), throttled(() => this.loadChoices())];
+    this.unwatch = watch((news) => {
+      if (news?.kind !== "recording.changed") look();
+      if (news && news.kind !== "run.progress") lookAtChoices();
+    });
     this.load();
     this.loadChoices();
   }
@@ -160,7 +173,6 @@ class RunsPage extends HTMLElement {
       if (!older.length) this.cursor = page.next_cursor;
       this.runs = [...page.items, ...older];
       this.show();
-      this.followLive();
     } catch (error) {
       if (this.stop?.signal.aborted || asked !== this.asked) return;
       if (!this.runs.length) put(/** @type {HTMLElement} */ (this.body), failed(error, { retry: () => this.load() }));
@@ -179,26 +191,19 @@ class RunsPage extends HTMLElement {
     }
   }
 
-  /** Listen to news only while something is going on. */
-  followLive() {
-    const active = this.runs.some((run) => run.state === "queued" || run.state === "running");
-    if (active && !this.unwatch) this.unwatch = watch(() => this.look?.());
-    else if (!active && this.unwatch) {
-      this.unwatch();
-      this.unwatch = null;
-    }
-  }
-
   show() {
     const body = /** @type {HTMLElement} */ (this.body);
     for (const run of this.runs) this.known.set(run.id, run);
     this.tray?.show(this.picked, this.known);
-    // A row that is being edited is not taken away; saving draws it anew.
-    if (body.querySelector("form")) return;
+    // A row that is being edited or pressed is not taken away; saving or letting go draws it anew.
+    if (this.pressed || body.querySelector("form")) return;
+    const now = JSON.stringify([this.runs, this.cursor, this.chosen()]);
+    if (now === this.drawn && this.table?.isConnected) return;
+    this.drawn = now;
     const filtered = Object.values(this.chosen()).some(Boolean);
     if (!this.runs.length) {
       put(body, filtered ? emptyState(t("runs.none_match")) : emptyState(t("runs.none"), h("a", { class: "button", href: "#/new" }, t("runs.new"))));
-    } else if (this.table?.isConnected) keepFocus(body, () => this.table?.setRows(this.runs));
+    } else if (this.table?.isConnected) this.table.setRows(this.runs);
     else {
       this.table = dataTable({
         caption: t("runs.title"), rows: this.runs, fold: true, pageRows: Number.MAX_SAFE_INTEGER, link: (/** @type {Run} */ run) => routeTo(["runs", run.id]), columns: this.columns(), isCurrent: (run) => this.picked.includes(run.id),
@@ -317,21 +322,6 @@ function fillSelect(field, options) {
   const any = field.querySelector("option");
   put(field, any, optionsOf(options));
   setField(field, value);
-}
-
-/**
- * Draw rows anew and give the focus back to what had it.
- * @param {HTMLElement} body
- * @param {() => void} draw
- */
-function keepFocus(body, draw) {
-  const active = document.activeElement;
-  const id = active && body.contains(active) ? active.closest("tr")?.querySelector("[data-run]")?.getAttribute("data-run") : null;
-  const key = KEEP_FOCUS.find((name) => active?.hasAttribute(name));
-  draw();
-  if (!id || !key) return;
-  const row = body.querySelector(`[data-run="${id}"]`)?.closest("tr");
-  /** @type {HTMLElement | null | undefined} */ (row?.querySelector(`[${key}]`))?.focus({ preventScroll: true });
 }
 
 /** @param {Run} run */
