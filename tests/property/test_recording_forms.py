@@ -74,7 +74,9 @@ def toa_marks(draw: st.DrawFn) -> ToaMarks:
 @st.composite
 def polar_plots(draw: st.DrawFn) -> PolarPlots:
     m = draw(st.integers(1, 6))
-    radars, addresses, callsigns = (tuple(draw(st.lists(NAME, min_size=1, max_size=3, unique=True))) for _ in range(3))
+    radars, addresses, callsigns, modes_3a = (
+        tuple(draw(st.lists(NAME, min_size=1, max_size=3, unique=True))) for _ in range(4)
+    )
     position = numbers(-1e8, 1e8)
     return PolarPlots(
         **draw(common(m)),
@@ -93,6 +95,8 @@ def polar_plots(draw: st.DrawFn) -> PolarPlots:
         addresses=addresses,
         callsign=draw(codes(m, -1, len(callsigns))),
         callsigns=callsigns,
+        mode_3a=draw(codes(m, -1, len(modes_3a))),
+        modes_3a=modes_3a,
     )
 
 
@@ -142,6 +146,7 @@ _NAMES = {
     "radar": "radars",
     "address": "addresses",
     "callsign": "callsigns",
+    "mode_3a": "modes_3a",
 }
 
 

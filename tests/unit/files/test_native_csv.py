@@ -185,7 +185,7 @@ def test_two_kinds_in_one_file_ask_for_the_kind(read):
 
 def test_format_option(read):
     with pytest.raises(InputError) as e:
-        read(MARKS, format="asterix")
+        read(MARKS, format="strange")
     assert (e.value.code, e.value.pointer) == ("format_unknown", "/options/format")
     assert read(MARKS, format="native_csv")[1].rows_accepted == 2
 
