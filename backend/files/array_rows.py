@@ -257,7 +257,8 @@ def _texts(value: Any) -> list[str] | None:
 
 def _codes(value: Any, names: Any) -> list[str] | None:
     """Texts of whole numbers that count into `names` from 1, or None where the two do not fit."""
-    texts = _texts(names)
+    # No text at all: every code is 0.
+    texts = [] if isinstance(names, list) and not names else _texts(names)
     if texts is None or not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu" or not value.size:
         return None
     codes = value.ravel().astype(np.float64)

@@ -128,6 +128,16 @@ def test_an_array_of_structs_is_a_row_each(read):
     assert [recording.targets[i] for i in recording.target] == ["one", "two", "one"]
 
 
+@pytest.mark.parametrize("names", [("one", "two"), ()], ids=["texts", "none"])
+def test_whole_numbers_beside_their_texts(read, names):
+    codes = np.array([0.0, 2.0, 1.0]) if names else np.zeros(3)
+    recording, report = read(mat5({"plots": {**NATIVE, "callsign": codes, "callsign_names": cells(*names)}}))
+    assert [recording.callsigns[i] if i >= 0 else None for i in recording.callsign] == [
+        names[int(c) - 1] if c else None for c in codes
+    ]
+    assert report.warnings == ()
+
+
 def test_named_fields_of_a_npy(read):
     out = io.BytesIO()
     fields = [("time_s", "f8"), ("range_m", "f4"), ("azimuth_deg", "i2")]
