@@ -7,6 +7,8 @@ import { formatCount } from "../js/numbers.js";
 
 /** @import { Child } from "../js/dom.js" */
 
+const FOCUSED = "a, button, input";
+
 /**
  * @template R
  * @typedef {object} Column
@@ -47,7 +49,21 @@ export class DataTable extends HTMLElement {
   setRows(rows) {
     this.rows = rows;
     this.page = Math.min(this.page, Math.max(0, Math.ceil(rows.length / this.pageRows) - 1));
+    const giveBack = this.heldFocus();
     this.draw();
+    giveBack();
+  }
+
+  /** What has the focus in a row that opens something keeps it when the rows are drawn anew. */
+  heldFocus() {
+    const active = document.activeElement;
+    const row = active && this.contains(active) ? /** @type {HTMLElement | null} */ (active.closest("tr[data-opens]")) : null;
+    if (!row) return () => {};
+    const at = [...row.querySelectorAll(FOCUSED)].findIndex((one) => one === active);
+    return () => {
+      const again = this.querySelector(`tr[data-opens="${CSS.escape(row.dataset.opens ?? "")}"]`);
+      /** @type {HTMLElement | undefined} */ ([...(again?.querySelectorAll(FOCUSED) ?? [])][at])?.focus({ preventScroll: true });
+    };
   }
 
   ordered() {
@@ -101,6 +117,7 @@ export class DataTable extends HTMLElement {
       }));
     if (this.link) {
       const href = this.link(row);
+      line.dataset.opens = href;
       line.addEventListener("click", (event) => {
         if (/** @type {Element} */ (event.target).closest("a, button, input") || String(getSelection())) return;
         location.hash = href;

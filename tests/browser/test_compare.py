@@ -34,7 +34,7 @@ def ask(server: Server, method: str, path: str, body: Any = None) -> Any:
 
 def finished_run(server: Server, **body: Any) -> dict[str, Any]:
     """Run something on the sample's recording and wait for it."""
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 180
     while not (recordings := ask(server, "GET", "recordings?text=sample_marks")["items"]):
         assert time.monotonic() < deadline
         time.sleep(0.1)

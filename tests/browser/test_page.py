@@ -16,6 +16,7 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.charts import drawn
 from tests.browser.conftest import Server, Visit, free_port
+from tests.browser.keyboard import tab_to
 
 pytestmark = pytest.mark.browser
 
@@ -85,20 +86,6 @@ def test_a_run_is_started_by_keyboard_alone(visit: Callable[..., Visit]) -> None
     page.keyboard.press("ArrowRight")
     page.keyboard.press("ArrowRight")
     expect(page.locator("chart-panel .strip").first).to_contain_text("km")
-
-
-def tab_to(page: Page, selector: str) -> None:
-    """Press Tab until the focus is on what is wanted; every stop on the way must show its focus."""
-    for _ in range(80):
-        if page.evaluate("(wanted) => document.activeElement.matches(wanted)", selector):
-            return
-        page.keyboard.press("Tab")
-        # Between the last stop and the first one some browsers leave the focus on the body, which is no stop.
-        ring = page.evaluate(
-            "document.activeElement === document.body ? '' : getComputedStyle(document.activeElement).outlineStyle"
-        )
-        assert ring != "none", page.evaluate("document.activeElement.outerHTML.slice(0, 200)")
-    pytest.fail(f"Tab never reached {selector}")
 
 
 def test_the_address_holds_the_state_of_the_page(visit: Callable[..., Visit]) -> None:
