@@ -209,7 +209,7 @@ def _of_run(services: Services, request: Request, run_id: str, name: str, form: 
 
     def draw() -> dict[str, Any]:
         view = _run_view(services, run, measurements, partial)
-        return chart.draw(selected(view, query.target), options_of(query))
+        return chart.draw(selected(view, query.target), options_of(query, len(run.algorithms)))
 
     return drawn(request, draw, form, query, version, file_name, heading)
 
@@ -244,9 +244,9 @@ def named(found: list[DeclaredChart] | tuple[DeclaredChart, ...], name: str) -> 
     )
 
 
-def options_of(query: DrawQuery) -> ChartOptions:
-    """Return how much is to be drawn."""
-    return ChartOptions(points=query.points, full=query.full)
+def options_of(query: DrawQuery, entries: int = 1) -> ChartOptions:
+    """Return how much is to be drawn of so many entries."""
+    return ChartOptions(points=query.points, full=query.full, entries=entries)
 
 
 def selected(view: RunView, target: str) -> RunView:

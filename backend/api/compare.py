@@ -293,7 +293,7 @@ def _overlaid(
             entries=tuple(single.chart_entry(services, e.run, e.entry, index=e.index, label=e.label) for e in entries),
             others=tuple(others),
         )
-        figure: Figure = chart.draw(single.selected(view, query.target), single.options_of(query))
+        figure: Figure = chart.draw(single.selected(view, query.target), single.options_of(query, len(entries)))
         return figure
 
     version = tuple(part for e in entries for part in (e.run.id, e.run.result_sha256 or "", e.label))

@@ -14,6 +14,7 @@ def chi_square_band(dof: Floats, probability: float = 0.95) -> tuple[Floats, Flo
     The law is a gamma law of shape dof/2 and scale 2, so a quantile is twice the inverse of the regularised lower
     incomplete gamma function.
     """
-    half = np.asarray(dof, np.float64) / 2
+    # A million marks have a handful of different degrees of freedom.
+    distinct, place = np.unique(np.asarray(dof, np.float64), return_inverse=True)
     tail = (1 - probability) / 2
-    return 2 * gammaincinv(half, tail), 2 * gammaincinv(half, 1 - tail)
+    return 2 * gammaincinv(distinct / 2, tail)[place], 2 * gammaincinv(distinct / 2, 1 - tail)[place]

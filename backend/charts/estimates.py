@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,13 +42,30 @@ class Estimates:
         """A column of words in this order."""
         return words(self.table, name)[self.order]
 
+    def words_at(self, name: str) -> Callable[[Ints], NDArray[Any]]:
+        """The same words, read only where they are asked for: at these positions."""
+        column = self.table.columns.get(name)
+
+        def at(positions: Ints) -> NDArray[Any]:
+            out = np.full(positions.size, "", object)
+            if column is not None:
+                found = (column[i] for i in self.order[positions].tolist())
+                out[:] = ["" if value is None else str(value) for value in found]
+            return out
+
+        return at
+
     def at_rows(self, table: Table, name: str) -> NDArray[Any]:
         """Words of another table (`decisions`), looked up by the recording's row number; empty where it has none."""
-        known = dict(zip(row_numbers(table).tolist(), words(table, name).tolist(), strict=True))
-        known.pop(-1, None)
+        rows = row_numbers(table)
+        known = np.flatnonzero(rows >= 0)
+        known = known[np.argsort(rows[known], kind="stable")]
         out = np.full(self.row.size, "", object)
-        if known:
-            out[:] = [known.get(row, "") for row in self.row.tolist()]
+        if known.size:
+            # Of several decisions on one mark the last stands.
+            at = np.searchsorted(rows[known], self.row, side="right") - 1
+            found = (at >= 0) & (rows[known][at.clip(0)] == self.row)
+            out[found] = words(table, name)[known[at[found]]]
         return out
 
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from algorithms.recording import Recording
 from backend.charts import theme
-from backend.charts.decimate import Picked
+from backend.charts.columns import Ints
+from backend.charts.decimate import GAP, Picked
 from backend.charts.view import Entry, Figure
 
 Role = Literal["series", "truth", "station", "measurement", "bound", "interval", "rejected"]
@@ -57,8 +58,8 @@ _REASONS = {
 }
 
 
-# Words that go with points: a name written before each value (may be empty), and the values.
-HoverWords = Sequence[tuple[str, NDArray[Any]]]
+# Words that go with points: a name written before each value (may be empty), and the values, or how to read them.
+HoverWords = Sequence[tuple[str, NDArray[Any] | Callable[[Ints], NDArray[Any]]]]
 
 
 @dataclass(frozen=True)
@@ -117,15 +118,27 @@ def hollow_marker_of(entry: Entry, size: float = 7) -> dict[str, Any]:
 
 def hover(points: Picked, title: str, values: str, words: HoverWords = ()) -> dict[str, Any]:
     """Hover properties of a trace: title, words of each point where they are few enough, `values` as a template."""
-    used = [(name, points.take(column)) for name, column in words if any(column)]
     out: dict[str, Any] = {"hovertemplate": f"<b>{title}</b><br>{values}<extra></extra>"}
-    if used and points.positions.size <= HOVER_WORDS:
+    if points.positions.size > HOVER_WORDS:
+        return out
+    read = [(name, _words_of(points, column)) for name, column in words]
+    used = [(name, column) for name, column in read if any(column)]
+    if used:
         names = [name for name, _ in used]
         out["hovertext"] = [
             ", ".join(f"{name} {value}".strip() for name, value in zip(names, row, strict=True) if value)
             for row in zip(*(column for _, column in used), strict=True)
         ]
         out["hovertemplate"] = f"<b>{title}</b><br>%{{hovertext}}<br>{values}<extra></extra>"
+    return out
+
+
+def _words_of(points: Picked, column: NDArray[Any] | Callable[[Ints], NDArray[Any]]) -> NDArray[Any]:
+    if not callable(column):
+        return points.take(column)
+    out = np.full(points.positions.size, "", object)
+    there = points.positions != GAP
+    out[there] = column(points.positions[there])
     return out
 
 

@@ -34,7 +34,7 @@ def draw(view: RecordingView, options: ChartOptions) -> Figure:
         top = 1 - i * (height + GAP)
         key = "" if i == 0 else str(i + 1)
         axes[f"yaxis{key}"] = axis(title, domain=[max(top - height, 0), top])
-        most = None if options.marks is None else max(options.marks // len(quantities), 1)
+        most = None if options.marks is None else max(options.marks // (len(quantities) * len(panels)), 1)
         for k, (name, values) in enumerate(quantities):
             points = thin(np.flatnonzero(np.isfinite(values)), most)
             picked.append(points)

@@ -166,7 +166,7 @@ def _add_estimate(
             line=line_of(entry),
             marker=marker_of(entry, size=3),
             customdata=points.take(states.row),
-            **hover(points, entry.label, f"%{{y:.0f}} m<br>{MARK}", [("target", states.words("target"))]),
+            **hover(points, entry.label, f"%{{y:.0f}} m<br>{MARK}", [("target", states.words_at("target"))]),
         )
     )
 

@@ -103,7 +103,9 @@ def _add_claim(
             name=f"{entry.label}, claimed",
             customdata=points.take(states.row),
             **look,
-            **hover(points, f"{entry.label}, claimed", f"%{{y:,.3~r}} m<br>{MARK}", [("track", states.words("track"))]),
+            **hover(
+                points, f"{entry.label}, claimed", f"%{{y:,.3~r}} m<br>{MARK}", [("track", states.words_at("track"))]
+            ),
         )
     )
 
@@ -138,7 +140,7 @@ def _add_actual(
             marker=marker_of(entry, 3.5, crowd_opacity(points.of)),
             customdata=points.take(states.row),
             **hover(
-                points, f"{entry.label}, actual", f"%{{y:,.3~r}} m<br>{MARK}", [("target", states.words("target"))]
+                points, f"{entry.label}, actual", f"%{{y:,.3~r}} m<br>{MARK}", [("target", states.words_at("target"))]
             ),
         )
     )

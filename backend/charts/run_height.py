@@ -6,6 +6,7 @@ by 0.8 km. Who takes one for the other gets a position that is wrong by about as
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         # Single fixes have no line, and their heights scatter by more than the two differ.
         if states.moving:
             position = np.stack([states.numbers(f"{name}_m") for name in ("east", "north", "up")], axis=1)
-            targets = states.words("target")
+            targets = states.words_at("target")
             differences.append(
                 _add(entry, position, states.time_s, states.starts, states.row, targets, earth, options, traces, picked)
             )
@@ -82,7 +83,7 @@ def _add(
     time_s: Floats,
     starts: NDArray[np.bool_],
     row: Ints,
-    targets: NDArray[Any],
+    targets: NDArray[Any] | Callable[[Ints], NDArray[Any]],
     earth: Floats,
     options: ChartOptions,
     traces: list[Trace],

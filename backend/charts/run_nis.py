@@ -23,6 +23,7 @@ from backend.charts.decimate import Picked, thin
 from backend.charts.estimates import Estimates, estimates_of
 from backend.charts.figure import (
     ChartNote,
+    HoverWords,
     Trace,
     counted,
     crowd_opacity,
@@ -112,7 +113,8 @@ def _innovations(entry: Entry) -> Innovations:
     known = np.flatnonzero(np.isfinite(nis) & (dof > 0))
     nis, dof = nis[known], dof[known]
     low, high = chi_square_band(dof)
-    doubted = ~states.used[known] | np.isin(states.words("status")[known], DOUBTED)
+    status = states.words("status")[known]
+    doubted = ~states.used[known] | np.fromiter((one in DOUBTED for one in status), bool, known.size)
     return Innovations(entry, states, known, nis, dof, (nis >= low) & (nis <= high), doubted)
 
 
@@ -184,16 +186,19 @@ def _add_marks(
     if zero:
         text = f"No place on a logarithmic axis: {counted(zero, 'mark')} with NIS of exactly 0."
         notes.append(ChartNote("zero_on_log_axis", text, entry.label))
-    status = states.words("status")[innovations.known]
     hollow = innovations.doubted
-    count = innovations.known.size
-    reason = states.at_rows(entry.table("decisions"), "reason")[innovations.known]
-    row, time = states.row[innovations.known], states.time_s[innovations.known]
-    dof = np.array([f"{d:g}" for d in innovations.dof], object)
-    words = [("dof", dof), ("", status), ("", reason), ("target", states.words("target")[innovations.known])]
+    known, count = innovations.known, innovations.known.size
+    reason = states.at_rows(entry.table("decisions"), "reason")
+    row, time = states.row[known], states.time_s[known]
+    words: HoverWords = [
+        ("dof", lambda at: np.array([f"{d:g}" for d in innovations.dof[at]], object)),
+        ("", lambda at: states.words_at("status")(known[at])),
+        ("", lambda at: reason[known[at]]),
+        ("target", lambda at: states.words_at("target")(known[at])),
+    ]
     # Marks inside and outside are thinned alike, so that what is drawn keeps their proportion.
     plain = thin(np.flatnonzero(~hollow & (value > 0)), options.marks)
-    doubted = thin(np.flatnonzero(hollow & (value > 0)), options.marks)
+    doubted = thin(np.flatnonzero(hollow & (value > 0)), options.doubted)
     picked += [plain, doubted]
     inside = innovations.inside[plain.positions]
     looks: tuple[tuple[str, Ints, dict[str, Any]], ...] = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from backend.charts import theme
-from backend.charts.decimate import Picked, curve, thin
+from backend.charts.decimate import curve, thin
 from backend.charts.ellipse import error_ellipses
 from backend.charts.estimates import Estimates, estimates_of
 from backend.charts.figure import (
@@ -26,6 +26,8 @@ TITLE = "Plan"
 ELLIPSES = 60
 # Markers of more estimates than this touch each other and are drawn smaller.
 FEW_MARKS = 600
+# What the hover tells of an estimate: a word, and the column that holds what it means.
+TOLD = (("track", "track"), ("target", "target"), ("", "status"))
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -41,7 +43,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     for recording in view.recordings:
         plane.add_truth(recording)
     for entry, states in found:
-        _add_unused(plane, entry, states)
+        _add_unused(plane, entry, states, options)
     plane.add_stations()
     if not any(len(states.table) for _, states in found):
         return not_applicable(TITLE, "no_states")
@@ -77,13 +79,17 @@ def _add_tracks(plane: Plane, entry: Entry, states: Estimates, options: ChartOpt
                 points,
                 entry.label,
                 f"{PLACE}<br>{MARK}",
-                [("track", states.words("track")), ("target", states.words("target")), ("", states.words("status"))],
+                [
+                    ("track", states.words_at("track")),
+                    ("target", states.words_at("target")),
+                    ("", states.words_at("status")),
+                ],
             ),
         )
     )
 
 
-def _add_unused(plane: Plane, entry: Entry, states: Estimates) -> None:
+def _add_unused(plane: Plane, entry: Entry, states: Estimates, options: ChartOptions) -> None:
     """Hollow markers at the estimates of marks that were not used; those without an estimate are counted."""
     decisions = entry.table("decisions")
     east, north = states.numbers("east_m"), states.numbers("north_m")
@@ -94,7 +100,8 @@ def _add_unused(plane: Plane, entry: Entry, states: Estimates) -> None:
         plane.notes.append(ChartNote("not_drawn", text, entry.label))
     if placed.size == 0:
         return
-    points = Picked(placed, int(placed.size), int(placed.size))
+    points = thin(placed, options.doubted)
+    plane.picked.append(points)
     reason = states.at_rows(decisions, "reason")
     plane.traces.append(
         trace(
@@ -112,7 +119,7 @@ def _add_unused(plane: Plane, entry: Entry, states: Estimates) -> None:
                 points,
                 f"{entry.label}, not used",
                 f"{PLACE}<br>{MARK}",
-                [("", states.words("status")), ("", reason), ("target", states.words("target"))],
+                [("", states.words_at("status")), ("", reason), ("target", states.words_at("target"))],
             ),
         )
     )

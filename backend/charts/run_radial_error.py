@@ -97,7 +97,7 @@ def _single(entry: Entry, states: Estimates, error: Floats, options: ChartOption
             name=entry.label,
             customdata=points.take(states.row),
             **look,
-            **hover(points, entry.label, f"%{{y:,.3~r}} m<br>{MARK}", [("target", states.words("target"))]),
+            **hover(points, entry.label, f"%{{y:,.3~r}} m<br>{MARK}", [("target", states.words_at("target"))]),
         )
     ]
 

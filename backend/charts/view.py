@@ -23,26 +23,41 @@ Source = Literal["run", "recording"]
 # that and the origin of the local frame.
 Overlay = Literal["recording", "time", "frame"]
 
-# A mark is drawn as a point of its own up to this many times `points`; beyond, every k-th one is drawn.
-MARKS_PER_POINT = 5
+# Marks are drawn as points of their own up to this many times `points` in a chart; beyond, every k-th one is drawn.
+MARKS_PER_POINT = 3
+# So many entries have `points` for each of their curves; more share them.
+FULL_CURVES = 4
+FEWEST_POINTS = 100
 
 
 @dataclass(frozen=True)
 class ChartOptions:
-    """How much to draw: `points` for each curve; `full` = everything, in double precision."""
+    """How much to draw: `points` for each curve; `full` = everything, in double precision.
+
+    What stands for marks is shared among the `entries` of the chart: a browser takes its time by points, whosever
+    they are.
+    """
 
     points: int = 2000
     full: bool = False
+    entries: int = 1
 
     @property
     def curve_points(self) -> int | None:
         """Most points of one entry's curve, None = all."""
-        return None if self.full else self.points
+        if self.full:
+            return None
+        return max(self.points * FULL_CURVES // max(self.entries, FULL_CURVES), min(self.points, FEWEST_POINTS))
 
     @property
     def marks(self) -> int | None:
         """Most points of one entry that stand for marks, None = all."""
-        return None if self.full else self.points * MARKS_PER_POINT
+        return None if self.full else max(self.points * MARKS_PER_POINT // max(self.entries, 1), FEWEST_POINTS)
+
+    @property
+    def doubted(self) -> int | None:
+        """Most points of one entry that stand for marks it did not simply use, None = all."""
+        return None if self.marks is None else self.marks // 4
 
     def number(self, values: NDArray[Any]) -> NDArray[Any]:
         """Values for drawing: 4 bytes each (8 mm at 100 km), or as they are where `full` is asked for."""

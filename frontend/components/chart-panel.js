@@ -123,6 +123,8 @@ export class ChartPanel extends HTMLElement {
   /** Ask for something else of the same chart: another target. @param {Query} query */
   async ask(query) {
     this.query = { ...this.query, ...query };
+    // Every point of one target may be a few; of all of them it may be millions.
+    this.full = false;
     // What was not seen yet is fetched when it is.
     if (!this.asked) return;
     const table = this.tableButton?.getAttribute("aria-pressed") === "true";

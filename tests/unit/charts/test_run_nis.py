@@ -95,8 +95,8 @@ def test_thinned_marks_keep_their_proportion(traces_of) -> None:
     nis = np.where(np.arange(count) % 20 == 0, 100.0, 3.0)
     drawn = DRAW(complete_run(marks(count), nis=nis), ChartOptions(points=1000))
     shown = [len(traces_of(drawn, "series", part)[0]["x"]) for part in ("inside", "outside")]
-    assert sum(shown) == 5000
-    assert drawn["layout"]["meta"]["decimated"] == {"shown": 5000, "of": 40000}
+    assert sum(shown) == 2858
+    assert drawn["layout"]["meta"]["decimated"] == {"shown": 2858, "of": 40000}
 
 
 def test_no_innovations() -> None:
