@@ -271,7 +271,7 @@ export default {
   "chart.altitude": "Altitude",
   "chart.receptions": "Receptions",
   "chart.radial_error": "Radial error",
-  "chart.height": "Altitude h and height z in the frame",
+  "chart.height": "Heights: h above the Earth, z in the frame",
   "chart.residuals": "Residuals by receiver",
   "chart.summary": "Chart “{title}”: {names}. Arrow keys step through the marks; the table has all values.",
   "chart.as_table": "As table",

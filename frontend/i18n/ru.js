@@ -272,7 +272,7 @@ export default {
   "chart.altitude": "Высота",
   "chart.receptions": "Приёмы",
   "chart.radial_error": "Радиальная ошибка",
-  "chart.height": "Высота h над Землёй и z в местной системе",
+  "chart.height": "Над Землёй (h) и в местной системе (z)",
   "chart.residuals": "Остатки по пунктам приёма",
   "chart.summary": "График «{title}»: {names}. Стрелки ведут по отметкам; все значения есть в таблице.",
   "chart.as_table": "Таблицей",
