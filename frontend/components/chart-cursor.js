@@ -37,7 +37,7 @@ export class ChartCursor {
     this.panel = panel;
     this.plot = plot;
     this.overlay = svg("svg", { class: "overlay", "aria-hidden": "true" });
-    this.strip = h("div", { class: "strip" }, t("chart.strip_hint"));
+    this.strip = h("div", { class: "strip", role: "group", "aria-label": t("chart.strip_hint") }, t("chart.strip_hint"));
     this.told = h("span", { class: "sr-only", "aria-live": "polite" });
   }
 
@@ -194,6 +194,10 @@ export class ChartCursor {
     this.panel.toggleAttribute("data-trailing", this.trailing);
     if (time === null) put(this.strip, t("chart.strip_hint"));
     else if (this.figure && this.plot._fullData) this.describe(this.marked, time);
+    // Values that a locked cursor leaves outside can be scrolled to by keyboard.
+    const scrolls = locked && this.strip.scrollHeight > this.strip.clientHeight;
+    if (scrolls) this.strip.tabIndex = 0;
+    else this.strip.removeAttribute("tabindex");
     this.place();
   }
 
