@@ -60,7 +60,9 @@ def test_a_click_in_the_plan_leaves_one_target_everywhere(visit: Callable[..., V
     expect(page.locator("[data-table=tracks] tbody")).to_contain_text("OVR202")
     expect(page.locator("[data-table=tracks] tbody")).not_to_contain_text("ARR101")
     page.get_by_role("tab", name="Export").click()
-    expect(page.get_by_role("link", name="CSV", exact=True).first).to_have_attribute("href", re.compile("target=OVR202"))
+    expect(page.get_by_role("link", name="CSV", exact=True).first).to_have_attribute(
+        "href", re.compile("target=OVR202")
+    )
     result = Axe().run(page)
     assert result.violations_count == 0, result.generate_report()
 
