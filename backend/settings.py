@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 from pathlib import Path
 from typing import Annotated, Self
@@ -52,6 +53,8 @@ class Settings(BaseSettings):
     """Address `postgresql://USER:PASSWORD@HOST/DATABASE`; empty means SQLite in the data folder."""
     scheduler: str = ""
     """Address of an existing Dask scheduler such as `tls://10.0.0.5:8786`; empty starts local workers."""
+    insecure_scheduler: bool = False
+    """Allow a scheduler at `tcp://...`: work goes there unencrypted, and whoever reaches it can run code."""
     tls_ca: Path | None = None
     """Certificate authority of an existing scheduler, PEM."""
     tls_cert: Path | None = None
@@ -84,8 +87,15 @@ class Settings(BaseSettings):
     def _consistent(self) -> Self:
         if self.token is not None and self.token_file is not None:
             raise ValueError("token and token_file exclude each other; give one of them")
-        if self.scheduler and None in (self.tls_ca, self.tls_cert, self.tls_key):
-            raise ValueError("a scheduler needs tls_ca, tls_cert and tls_key: work is never sent unencrypted")
+        if self.scheduler and not re.fullmatch(r"(tls|tcp)://[^/\s]+:\d+", self.scheduler):
+            raise ValueError(f"the scheduler {self.scheduler!r} is no address such as tls://10.0.0.5:8786")
+        if self.scheduler.startswith("tcp://") and not self.insecure_scheduler:
+            raise ValueError(
+                f"the scheduler {self.scheduler} would get work unencrypted; give a tls:// address, or set "
+                "FILTERROOM_INSECURE_SCHEDULER=true in a network where everybody may run code on it"
+            )
+        if self.scheduler.startswith("tls://") and None in (self.tls_ca, self.tls_cert, self.tls_key):
+            raise ValueError("a scheduler at tls:// needs tls_ca, tls_cert and tls_key")
         return self
 
     @property

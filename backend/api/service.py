@@ -123,8 +123,8 @@ def get_readiness(services: ServicesDep, response: Response) -> Readiness:
 def _missing(services: Services) -> str:
     with services.database.read() as connection:
         count_runs(connection, "queued")
-    state = services.engine.status().state
+    engine = services.engine.status()
     # While kernels are compiled, runs are taken and wait a little.
-    if state in ("ready", "warming_up"):
-        return ""
-    return "The workers are starting." if state == "starting" else "There are no workers."
+    if engine.state in ("ready", "warming_up"):
+        return "" if engine.workers else engine.detail
+    return "The workers are starting." if engine.state == "starting" else engine.detail or "There are no workers."

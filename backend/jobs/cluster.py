@@ -1,4 +1,4 @@
-"""Dask behind five verbs: list the workers, submit to one, signal, restart one, close.
+"""Dask behind a few verbs: list the workers, submit to one, signal, restart one, close.
 
 The engine decides which worker computes what, so it always knows what a worker that died or hangs was doing.
 Nothing here is imported before the server answers: Dask takes a second.
@@ -13,11 +13,12 @@ import os
 import secrets
 import signal
 import threading
+import warnings
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from backend.errors import StateError
-from backend.jobs import work
+from backend.errors import StateError, UnavailableError
+from backend.jobs import fitness, work
 from backend.settings import Settings
 
 if TYPE_CHECKING:
@@ -25,9 +26,10 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-# Seconds that a scheduler may take to answer when we connect, workers to hear that their blocks are given up, and
-# connections and workers to end.
+# Seconds that a scheduler may take to answer when we connect and later, workers to hear that their blocks are given
+# up, and connections and workers to end.
 CONNECT_S = 10
+ANSWER_S = 15
 SIGNAL_S = 0.5
 CLOSE_S = 5
 
@@ -56,27 +58,99 @@ class Cluster:
         import dask.config
         from distributed import Client
 
+        self._client: Client
         self._topic = f"filterroom-{secrets.token_hex(8)}"
         self._local: LocalCluster | None = None
         self._size = settings.workers
         # For the whole process: Dask reads some of it long after the start.
         dask.config.set(_CONFIG)
         if settings.scheduler:
-            self._client: Client = Client(
-                settings.scheduler, security=_security(settings), timeout=CONNECT_S, set_as_default=False
-            )
+            self._client = _connected(settings)
         else:
             self._local = _local_cluster(settings)
             self._client = Client(self._local, set_as_default=False)
+        self._connection = self._client.scheduler_comm
+        # Workers that somebody else runs: what speaks against each, "" where nothing does.
+        self._examined: dict[str, str] = {}
+        self._address = settings.scheduler
 
         def progress(event: tuple[float, dict[str, Any]]) -> None:
             on_progress(event[1]["token"], event[1]["share"])
 
         self._client.subscribe_topic(self._topic, progress)
 
+    @property
+    def is_connected(self) -> bool:
+        """Whether the connection of the start still holds; Dask makes a new one, but what was under way is lost."""
+        return self._client.status == "running" and self._client.scheduler_comm is self._connection
+
     def workers(self) -> dict[str, int]:
-        """Return the workers that are there now: {address: threads}."""
-        return {str(a): int(n) for a, n in self._client.nthreads().items()}
+        """Return the workers that are there now and may compute for this server: {address: threads}.
+
+        Raises
+        ------
+        UnavailableError
+            The scheduler does not answer: this cluster is of no use any more.
+        """
+        try:
+            if not self.is_connected:
+                raise OSError("the connection is lost")
+            ask = self._client.scheduler.ncores
+            there = {str(a): int(n) for a, n in self._client.sync(ask, callback_timeout=ANSWER_S).items()}
+            if self._local is not None:
+                return there
+            self._examined = {a: why for a, why in self._examined.items() if a in there}
+            if new := [a for a in there if a not in self._examined]:
+                self._examine(new)
+        except (OSError, TimeoutError) as error:
+            raise _away(self._address or "of this server", error) from error
+        return {a: n for a, n in there.items() if self._examined.get(a) == ""}
+
+    def notice(self) -> str:
+        """Return in words why workers that are there get no work, or that there is none; empty where all is well."""
+        if self._local is not None:
+            return ""
+        if not self._examined:
+            return f"The scheduler {self._address} has no workers. Runs wait for them."
+        unfit = {a: why for a, why in self._examined.items() if why}
+        if not unfit:
+            return ""
+        address, why = next(iter(unfit.items()))
+        return (
+            f"{len(unfit)} of {len(self._examined)} workers get no work from this server: {address} {why}. "
+            "Install the same versions on server and workers."
+        )
+
+    def _examine(self, new: list[str]) -> None:
+        """Compare versions, then sources: nothing of ours is sent to a worker whose versions differ."""
+        from distributed.versions import get_versions
+
+        message = {"op": "versions", "packages": fitness.PACKAGES}
+        answers = self._client.sync(
+            self._client.scheduler.broadcast,
+            msg=message,
+            workers=new,
+            on_error="ignore",
+            callback_timeout=ANSWER_S,
+        )
+        here = fitness.versions_of(get_versions(fitness.PACKAGES))
+        # One that does not answer is asked again at the next look.
+        differing = {a: fitness.differences(here, fitness.versions_of(answer)) for a, answer in answers.items()}
+        self._examined |= {a: f"has {words}" for a, words in differing.items() if words}
+        if alike := [a for a, words in differing.items() if not words]:
+            self._examined |= self._compare_sources(alike)
+
+    def _compare_sources(self, workers: list[str]) -> dict[str, str]:
+        found = self._client.run(fitness.sources, workers=workers, on_error="return")
+        own = fitness.sources()
+        return {
+            a: ""
+            if there == own
+            else "has other sources of this program under the same version"
+            if isinstance(there, str)
+            else f"cannot load this program ({there!r})"
+            for a, there in found.items()
+        }
 
     def submit(self, block: work.Block, worker: str) -> Future:
         """Send a block to a worker."""
@@ -164,18 +238,39 @@ def _local_cluster(settings: Settings) -> LocalCluster:
     )
 
 
+def _connected(settings: Settings) -> Client:
+    from distributed import Client
+
+    security = _security(settings)
+    try:
+        # Versions are compared by `Cluster._examine`, worker by worker; Dask would only warn.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return Client(settings.scheduler, security=security, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, TimeoutError) as error:
+        raise _away(settings.scheduler, error) from error
+
+
+def _away(address: str, error: Exception) -> UnavailableError:
+    why = " ".join(str(error).split()).rstrip(".") or "no answer"
+    return UnavailableError(
+        f"The scheduler {address} does not answer: {why}.",
+        remedy="Start it or correct FILTERROOM_SCHEDULER; the server tries again by itself, and runs wait.",
+        code="scheduler_unreachable",
+    )
+
+
 def _security(settings: Settings) -> Any:
     from distributed.security import Security
 
-    if not settings.scheduler.startswith("tls://"):
-        raise StateError(
-            f"The scheduler {settings.scheduler!r} would get work unencrypted.",
-            remedy="Give an address that begins with tls://",
-            code="scheduler_address",
-        )
-    return Security(
-        tls_ca_file=str(settings.tls_ca),
-        tls_client_cert=str(settings.tls_cert),
-        tls_client_key=str(settings.tls_key),
-        require_encryption=True,
-    )
+    if settings.scheduler.startswith("tcp://"):
+        return Security(require_encryption=False)
+    files = {"tls_ca_file": settings.tls_ca, "tls_client_cert": settings.tls_cert, "tls_client_key": settings.tls_key}
+    for path in files.values():
+        if path is None or not path.is_file():
+            raise StateError(
+                f"The certificate file {path} is not there.",
+                remedy="Give PEM files in FILTERROOM_TLS_CA, FILTERROOM_TLS_CERT and FILTERROOM_TLS_KEY.",
+                code="scheduler_address",
+            )
+    return Security(require_encryption=True, **{name: str(path) for name, path in files.items()})

@@ -22,6 +22,7 @@ from typing import Any, Literal
 from algorithms.errors import FilterRoomError
 from backend.db import events, outcomes, recordings, runs
 from backend.db.engine import Database
+from backend.errors import UnavailableError
 from backend.files.store import Store
 from backend.jobs import ledger
 from backend.jobs.outcome import Outcome
@@ -69,6 +70,8 @@ class Engine:
         self._stopping = threading.Event()
         self._state: EngineState = "starting"
         self._detail = ""
+        # Why workers that are there get no work, in words.
+        self._notice = ""
         self._cluster: Any = None
         self._workers: dict[str, int] = {}
         self._no_workers_since: float | None = None
@@ -136,7 +139,8 @@ class Engine:
         """Return what the engine is doing."""
         with self._database.read() as connection:
             running, queued = (runs.count_runs(connection, s) for s in ("running", "queued"))
-        return EngineStatus(self._state, sum(self._workers.values()), running, queued, self._detail)
+        detail = self._detail or self._notice
+        return EngineStatus(self._state, sum(self._workers.values()), running, queued, detail)
 
     # The engine's thread.
 
@@ -168,14 +172,46 @@ class Engine:
             self._cluster = Cluster(
                 self._settings, lambda token, share: self._post(lambda: self._progress(token, share))
             )
+        except FilterRoomError as error:
+            self._report_failure(str(error))
+            self._stopping.wait(RETRY_S)
+            return
         except Exception as error:
             logger.exception("the workers cannot be started")
             self._state, self._detail = "failed", f"The workers cannot be started: {error}"
             self._stopping.wait(RETRY_S)
             return
-        self._workers = self._cluster.workers()
-        self._cold = deque(self._workers)
         self._state, self._detail = "warming_up", "Compiling the kernels."
+        self._cold = deque(self._cluster.workers())
+
+    def _report_failure(self, words: str) -> None:
+        if (self._state, self._detail) != ("failed", words):
+            logger.error("%s", words)
+        self._state, self._detail = "failed", words
+
+    def _disconnect(self, error: UnavailableError) -> None:
+        """Take back what was sent to a scheduler that went away; `_connect` tries it again."""
+        self._report_failure(str(error))
+        cluster, self._cluster = self._cluster, None
+        threading.Thread(target=cluster.close, args=([],), daemon=True).start()
+        self._workers = {}
+        self._warming.clear()
+        self._cold.clear()
+        flights, self._flights = self._flights, {}
+        for flight in flights.values():
+            active = self._active.get(flight.run_id)
+            if active is not None and flight.stopping_since is None:
+                active.waiting.appendleft(flight.position)
+                active.shares.pop(flight.position, None)
+        self._tell_waiting(str(error))
+
+    def _tell_waiting(self, words: str) -> None:
+        """Write into the logs of runs, once, why they wait."""
+        for active in self._active.values():
+            if active.told != words:
+                active.told = words
+                with self._database.write() as connection:
+                    events.append_log(connection, active.run.id, words, "warning")
 
     def _close_cluster(self) -> None:
         cluster, self._cluster = self._cluster, None
@@ -197,7 +233,17 @@ class Engine:
     # Workers.
 
     def _look_after_workers(self) -> None:
-        self._workers = self._cluster.workers()
+        try:
+            self._workers = self._cluster.workers()
+        except UnavailableError as error:
+            self._disconnect(error)
+            return
+        notice = self._cluster.notice()
+        if notice and notice != self._notice:
+            logger.warning("%s", notice)
+        self._notice = notice
+        if self._notice and not self._workers:
+            self._tell_waiting(self._notice)
         at = monotonic()
         if self._workers:
             self._no_workers_since = None
@@ -205,8 +251,8 @@ class Engine:
             self._no_workers_since = at
         elif at - self._no_workers_since > MISSING_S:
             self._no_workers_since = at
-            logger.error("no worker is left")
             if self._cluster.heal():
+                logger.error("no worker was left; they are started again")
                 self._workers = self._cluster.workers()
         self._warm_up()
 
@@ -294,6 +340,9 @@ class Engine:
     def _landed(self, token: str) -> None:
         flight = self._flights.get(token)
         if flight is None or flight.restarting:
+            return
+        if flight.future.status != "finished" and not self._cluster.is_connected:
+            # Nobody died: the scheduler went away, and all blocks are taken back together.
             return
         del self._flights[token]
         active = self._active.get(flight.run_id)

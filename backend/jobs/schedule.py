@@ -28,6 +28,8 @@ class ActiveRun:
     shares: dict[int, float] = field(default_factory=dict)
     reported: int = -1
     reported_at: float = 0.0
+    told: str = ""
+    """Why it waits, as its log says."""
 
     @property
     def done(self) -> int:

@@ -45,6 +45,7 @@ class EngineState extends HTMLElement {
   show(engine) {
     if (engine.state === "failed" || engine.state === "stopped") put(this, h("span", { class: "bad", title: said(engine.detail ?? "") || null }, t("engine.failed")));
     else if (engine.state !== "ready") put(this, h("span", { class: "warn", title: said(engine.detail ?? "") || null }, t("engine.warming_up")));
+    else if (!engine.workers && engine.detail) put(this, h("span", { class: "warn", title: said(engine.detail) }, t("engine.ready", { n: 0 })));
     else {
       const busy = engine.running || engine.queued ? `, ${t("engine.busy", { running: engine.running, queued: engine.queued })}` : "";
       put(this, `${t("engine.ready", { n: engine.workers })}${busy}`);

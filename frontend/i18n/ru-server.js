@@ -230,6 +230,7 @@ export const codes = {
   "problem.database_url": "Адрес базы данных непригоден",
   "problem.migration": "Преобразование базы отменено",
   "problem.port": "Адрес занять не удалось",
+  "problem.scheduler_unreachable": "Планировщик не отвечает",
   "problem.scheduler_address": "Адрес планировщика непригоден",
   "problem.token_empty": "Файл ключа пуст",
   "problem.os_error": "Операционная система отказала",

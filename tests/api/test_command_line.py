@@ -65,6 +65,8 @@ def test_wrong_usage_is_status_2() -> None:
         ({"FILTERROOM_PORT": "99999"}, "FILTERROOM_PORT"),
         ({"FILTERROOM_WORKERS": "0"}, "FILTERROOM_WORKERS"),
         ({"FILTERROOM_SCHEDULER": "tls://x:1"}, "tls_ca"),
+        ({"FILTERROOM_SCHEDULER": "tcp://x:1"}, "FILTERROOM_INSECURE_SCHEDULER"),
+        ({"FILTERROOM_SCHEDULER": "x:1"}, "no address"),
         ({"FILTERROOM_HOST": "0.0.0.0"}, "FILTERROOM_TOKEN"),
     ],
 )

@@ -51,7 +51,6 @@ SILENT = (
     "backend/db/tables.py",
     "backend/files/lock.py",
     "backend/files/store.py:ValueError",
-    "backend/jobs/cluster.py",
     "algorithms/registry.py",
 )
 

@@ -18,7 +18,10 @@ from backend.errors import StateError
 def differences(database: Database) -> list[object]:
     with database.read() as connection:
         context = MigrationContext.configure(connection, opts={"compare_type": True})
-        return list(compare_metadata(context, metadata))
+        found = list(compare_metadata(context, metadata))
+        # Alembic does not see which indexes are declared for SQLite only.
+        other = connection.dialect.name != "sqlite"
+        return [d for d in found if not (other and d[0] == "add_index" and "search_text" in d[1].columns)]
 
 
 def test_upgrade_from_empty_leaves_nothing_to_migrate(database: Database) -> None:
@@ -54,6 +57,9 @@ def test_runs_of_an_older_database_are_found_by_the_name_of_their_recording(data
 
 def test_a_search_through_the_text_reads_no_whole_rows(database: Database) -> None:
     """Revision 0003 makes the index, also in a database that lacks it."""
+    with database.read() as connection:
+        if connection.dialect.name != "sqlite":
+            pytest.skip("PostgreSQL keeps long texts apart from their rows by itself")
     index = "ix_runs_created_at_id_search_text"
 
     def indexes() -> set[str]:
