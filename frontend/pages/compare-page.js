@@ -254,7 +254,7 @@ class ComparePage extends HTMLElement {
         cells: row.values.map((cell) => (cell === null ? h("span", { class: "muted", title: t("compare.no_such_parameter") }, "–")
           : h("span", { class: cell.source === "run" ? "best" : null, title: told(`source.${cell.source}`, cell.source) }, formatExact(cell.value)))),
       })),
-      ...comparison.software.map((row) => ({ name: row.name, head: row.name, differs: row.differs, cells: row.values.map(formatExact) })),
+      ...comparison.software.map((row) => ({ name: row.name, head: told(`software.${row.name}`, row.name), differs: row.differs, cells: row.values.map(formatExact) })),
     ], only));
   }
 }

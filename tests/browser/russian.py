@@ -9,7 +9,7 @@ from playwright.sync_api import Page
 
 # Names: of the program, of formats, of methods and quantities as the papers write them, of choices in parameters.
 _NAMES = (
-    "Filter Room|CSV|JSON|HTML|PNG|SVG|SHA|UTC|WGS|API|curl|Python|LocaRDS|Parquet|MATLAB|ASTERIX|NIS|NEES|DOI|HDF|"
+    "Filter Room|CSV|JSON|HTML|PNG|SVG|SHA|UTC|WGS|API|curl|Python|LocaRDS|Parquet|MATLAB|PARQUET|MAT|NPZ|GEOJSON|NumPy|ASTERIX|KML|GeoJSON|NIS|NEES|DOI|HDF|"
     "rdfv?|RDFV?|Ctrl|Enter|Esc|MIT|Windows|white|paper|robust|article|sphere|wgs84|auto|given|truth|nis|nees|info"
 )
 _KNOWN = re.compile(rf"\b(?:{_NAMES})\b|\S*[_.\d{{}}]\S*")
@@ -20,11 +20,12 @@ _TEXTS = """() => {
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
     const { data, parentElement: at } = walker.currentNode;
-    if (!at.closest('code, kbd, script, style, noscript') && at.checkVisibility()) found.push(data);
+    if (!at.closest('code, kbd, pre.card, script, style, noscript') && at.checkVisibility()) found.push(data);
   }
   for (const name of ['title', 'aria-label', 'placeholder', 'aria-valuetext'])
     for (const at of document.querySelectorAll(`[${name}]`))
-      if (at.checkVisibility()) found.push(at.getAttribute(name));
+      // The hint of a table's row is the name that scripts use.
+      if (at.checkVisibility() && !at.matches('th[scope=row]')) found.push(at.getAttribute(name));
   return [document.title, ...found];
 }"""
 
