@@ -9,7 +9,8 @@ from playwright.sync_api import Page
 
 # Names: of the program, of formats, of methods and quantities as the papers write them, of choices in parameters.
 _NAMES = (
-    "Filter Room|CSV|JSON|HTML|PNG|SVG|SHA|UTC|WGS|API|curl|Python|LocaRDS|Parquet|MATLAB|PARQUET|MAT|NPZ|GEOJSON|NumPy|ASTERIX|KML|GeoJSON|NIS|NEES|DOI|HDF|"
+    "Filter Room|CSV|JSON|HTML|PNG|SVG|SHA|UTC|WGS|API|curl|Python|LocaRDS|Parquet|MATLAB|NIS|NEES|DOI|HDF|"
+    "PARQUET|MAT|NPZ|GEOJSON|NumPy|ASTERIX|KML|GeoJSON|"
     "rdfv?|RDFV?|Ctrl|Enter|Esc|MIT|Windows|white|paper|robust|article|sphere|wgs84|auto|given|truth|nis|nees|info"
 )
 _KNOWN = re.compile(rf"\b(?:{_NAMES})\b|\S*[_.\d{{}}]\S*")
