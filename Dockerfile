@@ -30,7 +30,7 @@ RUN python -m pip install --quiet --constraint /wheel/pins.txt /wheel/*.whl
 ARG NUMBA_CPU_NAME=x86-64-v3
 ARG NUMBA_CPU_FEATURES=+avx2,+fma
 ENV NUMBA_CPU_NAME=$NUMBA_CPU_NAME NUMBA_CPU_FEATURES=$NUMBA_CPU_FEATURES FILTERROOM_KERNEL_CACHE=/kernels
-RUN python -c "from algorithms.warm_up import warm_up; warm_up()"
+RUN python -c "from algorithms.warm_up import have_compiled; have_compiled()"
 
 # numba takes compiled kernels only from a folder that it can write to.
 RUN useradd --uid 10001 --user-group --no-create-home --home-dir /data --shell /usr/sbin/nologin filterroom \

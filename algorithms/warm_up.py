@@ -1,6 +1,19 @@
-"""Compile every kernel once, so that the first run of a user does not wait for the compiler."""
+"""Compile every kernel once, so that the first run of a user does not wait for the compiler.
+
+A process that compiles a function runs the copies that stand alone; one that loads it from the cache runs the copies
+that were put into their callers. Both are right, but they may differ in the last digit, so nobody computes in a process
+that has compiled: `have_compiled` leaves that to a process of its own.
+"""
 
 from __future__ import annotations
+
+import ctypes
+import fcntl
+import os
+import signal
+import subprocess
+import sys
+from functools import cache
 
 import numpy as np
 
@@ -8,6 +21,7 @@ from algorithms.recording import ToaMarks
 from algorithms.registry import algorithms_by_name
 from algorithms.site import Site
 from algorithms.spec import LocalContext
+from algorithms.toolbox.kernels.cache import kernel_cache_folder
 
 _SITE = {
     "origin": {"latitude_deg": 55.0, "longitude_deg": 37.0},
@@ -44,3 +58,44 @@ def warm_up() -> None:
                 algorithm.score(recording, algorithm.parameters(), LocalContext())
             if algorithm.bound is not None:
                 algorithm.bound(recording, algorithm.parameters())
+
+
+@cache
+def have_compiled() -> None:
+    """Return when every kernel is in the cache; where they are not, have them compiled by another process.
+
+    Several processes that ask at once wait for the one that compiles. Where the cache folder cannot be written each
+    process compiles for itself, and results repeat to the ninth digit only.
+
+    Raises
+    ------
+    RuntimeError
+        Compiling failed; the message holds what the compiler said.
+    """
+    folder = kernel_cache_folder()
+    done = folder / "complete"
+    if done.exists() or not os.access(folder, os.W_OK):
+        return
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if done.exists():
+            return
+        found = subprocess.run(
+            [sys.executable, "-c", "from algorithms.warm_up import warm_up; warm_up()"],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            preexec_fn=_end_with_parent,
+            check=False,
+        )
+        if found.returncode != 0:
+            raise RuntimeError(f"the kernels cannot be compiled: {found.stderr.strip()[-2000:]}")
+        done.touch()
+
+
+def _end_with_parent() -> None:
+    """Have Linux end this process with the one that started it: a server that is killed leaves no compiler behind."""
+    if sys.platform == "linux":
+        pr_set_pdeathsig = 1
+        ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)

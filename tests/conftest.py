@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from algorithms.warm_up import have_compiled
 from tests import postgresql
 
 ROOT = Path(__file__).parent.parent
@@ -32,6 +33,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         default="sqlite",
         help="what the tests of the database, of the API and of the engine store their rows in",
     )
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    # Tests hold results of this process against those of others, which load what another one compiled.
+    have_compiled()
 
 
 @pytest.fixture(scope="session")

@@ -8,11 +8,15 @@ carry M[:, j] (d, or -u . delta) / sigma_j. By least squares over all marks that
     delay:    d = sum(m_j) / sum(M_jj),                 chi2 = d^2 sum(M_jj)
     place:    delta from sum(M_jj u u^T), sum(u m_j),   chi2 likewise
 
-(m_j the j-th component of M y, both in metres). A fault of one receiver leaks into the residuals of all, but by the
-Cauchy-Schwarz inequality the largest chi2 belongs to the one that has it - as long as the fault is small enough for
-the linearisation. Receivers whose chi2 comes near the largest are therefore tried in earnest: each is corrected, the
-marks are solved again, and the one whose correction explains most is named, if chi2 is beyond chance and the effect
-large against the timing error. Then the test is repeated without it.
+(m_j the j-th component of M y, both in metres). A decoded altitude differs from the height by a bias that is common to
+all marks and would be laid at a receiver's door; it is estimated with the fault, with a prior of 300 m, and a receiver
+must explain what the bias alone does not (Schur complement of the joint normal equations).
+
+A fault of one receiver leaks into the residuals of all, but by the Cauchy-Schwarz inequality the largest chi2 belongs
+to the one that has it - as long as the fault is small enough for the linearisation. Receivers whose chi2 comes near
+the largest are therefore tried in earnest: each is corrected, the marks are solved again, and the one whose correction
+explains most is named, if chi2 is beyond chance and the effect large against the timing error. Then the test is
+repeated without it.
 
 The marks are solved without the residual gate, since the marks of a bad receiver are just those that fail it.
 """
@@ -43,6 +47,8 @@ LEAST_CHI2 = 60.0
 PLACE_MARGIN = 6.0
 # How far a receiver may stand off, m: keeps the height, which hardly shows, from running away.
 PLACE_PRIOR_M = 3_000.0
+# Pressure altitude against height: how large a common bias may be.
+BIAS_PRIOR_M = 300.0
 LARGEST_CONDITION = 1e13
 # Marks looked at; more would not change the answer.
 MOST_MARKS = 20_000
@@ -77,6 +83,13 @@ class _Left:
     """(M, S), M_jj"""
     direction: Floats
     """(M, S, 3), u"""
+    altitude_residual_m: Floats
+    """(M,), the altitude's component of M y in metres; 0 where none is known"""
+    altitude_redundancy: Floats
+    """(M,), its diagonal element of M"""
+    shared: Floats
+    """(M, S), element of M between receiver and altitude"""
+    sigma_altitude_m: float
 
     def ratio(self, conditions: Conditions) -> Floats:
         """Residuals in units of their standard deviation, one after another."""
@@ -94,6 +107,8 @@ class _Fault:
     effect_m: float
     delay_m: float
     displacement_m: Floats
+    bias_m: float = 0.0
+    """Bias of the altitude that goes with it."""
 
     @property
     def words(self) -> str:
@@ -158,7 +173,18 @@ def _what_is_left(recording: ToaMarks, conditions: Conditions, toa_s: Floats, al
     k = np.linalg.solve(normal, np.swapaxes(g, 1, 2))
     e = y - np.einsum("mia,ma->mi", g, np.einsum("mai,mi->ma", k, y))
     redundancy = 1.0 - np.einsum("mia,mai->mi", g, k)
-    return _Left(heard, e[:, :-1] * sigma, redundancy[:, :-1], u)
+    shared = -np.einsum("mia,ma->mi", g, k[:, :, -1])[:, :-1]
+    known = known[sound]
+    return _Left(
+        heard,
+        e[:, :-1] * sigma,
+        redundancy[:, :-1],
+        u,
+        np.where(known, e[:, -1], 0.0) * conditions.sigma_altitude_m,
+        np.where(known, redundancy[:, -1], 0.0),
+        np.where(known[:, None], shared, 0.0),
+        conditions.sigma_altitude_m,
+    )
 
 
 def _faults(left: _Left, conditions: Conditions, open_cases: list[int]) -> list[_Fault]:
@@ -180,16 +206,31 @@ def _fault(left: _Left, conditions: Conditions, j: int, noise2: float) -> _Fault
     m, e, u = left.redundancy[rows, j], left.residual_m[rows, j], left.direction[rows, j]
     if rows.sum() < FEWEST_RECEPTIONS:
         return None
-    scale = noise2 * float(conditions.variance[j])
-    delay = float(e.sum() / m.sum())
-    late = delay**2 * float(m.sum()) / scale
-    fisher = np.einsum("m,ma,mb->ab", m, u, u) + np.eye(3) * scale / PLACE_PRIOR_M**2
-    score = np.einsum("ma,m->a", u, e)
-    shift = np.linalg.solve(fisher, score)
-    moved = float(score @ shift) / scale - PLACE_MARGIN
-    if moved > late:
-        return _Fault(j, moved, float(np.sqrt(np.mean((u @ shift) ** 2))), 0.0, -shift)
-    return _Fault(j, late, abs(delay), delay, np.zeros(3))
+    sigma, sigma_h = float(np.sqrt(conditions.variance[j])), left.sigma_altitude_m
+    # Normal equations of the altitude's bias, and what they share with those of the receiver.
+    bias_score = float(left.altitude_residual_m.sum()) / sigma_h**2
+    bias_fisher = float(left.altitude_redundancy.sum()) / sigma_h**2 + 1.0 / BIAS_PRIOR_M**2
+    shared = left.shared[rows, j] / (sigma * sigma_h)
+
+    def solved(fisher: Floats, score: Floats, cross: Floats) -> tuple[Floats, float, float]:
+        """Solution beside the bias, its chi2 beyond the bias alone, and the bias."""
+        fisher = fisher - np.outer(cross, cross) / bias_fisher
+        score = score - cross * bias_score / bias_fisher
+        x: Floats = np.linalg.solve(fisher, score).astype(float)
+        return x, float(score @ x) / noise2, float(bias_score - cross @ x) / bias_fisher
+
+    late, chi2_late, bias_late = solved(
+        np.array([[m.sum()]]) / sigma**2 + 1e-12, np.array([e.sum()]) / sigma**2, np.array([shared.sum()])
+    )
+    moved, chi2_moved, bias_moved = solved(
+        np.einsum("m,ma,mb->ab", m, u, u) / sigma**2 + np.eye(3) * noise2 / PLACE_PRIOR_M**2,
+        np.einsum("ma,m->a", u, e) / sigma**2,
+        np.einsum("ma,m->a", u, shared),
+    )
+    if chi2_moved - PLACE_MARGIN > chi2_late:
+        effect = float(np.sqrt(np.mean((u @ moved) ** 2)))
+        return _Fault(j, chi2_moved - PLACE_MARGIN, effect, 0.0, -moved, bias_moved)
+    return _Fault(j, chi2_late, abs(float(late[0])), float(late[0]), np.zeros(3), bias_late)
 
 
 def _most_convincing(
@@ -207,7 +248,8 @@ def _most_convincing(
             corrected[:, fault.station] -= fault.delay_m / SPEED_OF_LIGHT_MPS
             places = conditions.stations.copy()
             places[fault.station] += fault.displacement_m
-            left = _what_is_left(recording, replace(conditions, stations=places), corrected, altitude_m)
+            height = altitude_m - fault.bias_m
+            left = _what_is_left(recording, replace(conditions, stations=places), corrected, height)
             rest = _fault(left, conditions, fault.station, 1.0)
             cost = float(np.mean(np.minimum(np.abs(left.ratio(conditions)), RATIO_CAP)))
             left_over.append((cost, order, fault))
@@ -215,5 +257,10 @@ def _most_convincing(
                 break
             further = rest.delay_m if fault.delay_m else 0.0
             elsewhere = rest.displacement_m if not fault.delay_m else np.zeros(3)
-            fault = replace(fault, delay_m=fault.delay_m + further, displacement_m=fault.displacement_m + elsewhere)
+            fault = replace(
+                fault,
+                delay_m=fault.delay_m + further,
+                displacement_m=fault.displacement_m + elsewhere,
+                bias_m=fault.bias_m + rest.bias_m,
+            )
     return min(left_over, key=lambda item: item[:2])[2]

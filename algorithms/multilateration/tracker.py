@@ -77,12 +77,14 @@ def _filtered(
         rows = recording.rows_of(target)
         if rows.size == 0:
             continue
+        # All rows in a block of memory are copied several times faster than rows by their numbers.
+        chosen = slice(None) if rows.size == len(recording) else rows
         for first in range(0, trials, LANES):
             part = slice(first, min(first + LANES, trials))
             marks = Marks(
                 recording.time_s[rows],
-                np.ascontiguousarray(toa[rows][:, :, part]),
-                np.ascontiguousarray(recording.altitude_m[rows][:, part]),
+                np.ascontiguousarray(toa[chosen][:, :, part]),
+                np.ascontiguousarray(recording.altitude_m[chosen][:, part]),
             )
             track = started(parameters.start, recording, rows, np.arange(part.start, part.stop), context)
             report = lanes.new_report(rows.size, toa.shape[1], part.stop - part.start, lean=lean)
@@ -97,7 +99,7 @@ def _filtered(
             report.track[report.track > 0] += np.broadcast_to(offset[part], report.track.shape)[report.track > 0]
             for ours, theirs in zip(whole, report, strict=True):
                 if ours.shape[0]:
-                    ours[rows, ..., part] = theirs
+                    ours[chosen, ..., part] = theirs
             offset[part] = np.maximum(offset[part], report.track.max(axis=0, initial=0))
     return whole, conditions, settings
 
@@ -170,11 +172,11 @@ def started(
                 code="truth_missing",
             )
         state = truth.ravel()
-    root = np.linalg.cholesky(covariance)
+    root, packed = np.linalg.cholesky(covariance), pack(covariance)
     for lane, trial in enumerate(trials):
         drawn = root @ context.random(int(trial)).standard_normal(9) if start.mode == "truth" else 0.0
         track.x[0, :, lane] = state + drawn
-        track.p[0, :, lane] = pack(covariance)
+        track.p[0, :, lane] = packed
         track.time[lane] = track.last_update[lane] = time
         track.live[lane] = track.number[lane] = track.started[lane] = 1
     return track

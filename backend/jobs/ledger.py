@@ -16,7 +16,7 @@ from backend.db.engine import Database
 from backend.db.ids import new_id, now
 from backend.errors import StateError
 from backend.files.store import Store
-from backend.jobs import results, trial_results
+from backend.jobs import results
 from backend.jobs.collection import collect
 from backend.jobs.outcome import Outcome, block_arrays, outcome_of
 from backend.jobs.plan import Plan, RecordingPlan, TrialsPlan
@@ -98,6 +98,9 @@ def finish(database: Database, store: Store, run: runs.Run, plan: Plan) -> None:
     with database.read() as connection:
         blobs = outcomes.finished_blocks(connection, run.id)
     if isinstance(plan, TrialsPlan):
+        # Its statistics need scipy, for which no server waits at its start.
+        from backend.jobs import trial_results
+
         composed = trial_results.compose(
             plan, {p: store.get_arrays(blob) for p, blob in blobs.items()}, run.source.get("study")
         )

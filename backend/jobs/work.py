@@ -98,8 +98,13 @@ class BlockContext:
 def run_block(block: AnyBlock, report: Callable[[float], None]) -> Outcome:
     """Compute a block and describe what came of it."""
     started = time.perf_counter()
+    # Compiled functions are imported where they are computed: the server, which only sends blocks, does without.
+    from algorithms.warm_up import have_compiled
+
     context = BlockContext(block.token, block.seed, report)
     try:
+        # Before anything is compiled here: a worker that did would give other last digits than one that loads.
+        have_compiled()
         context.check_cancelled()
         outcome = _compute(block, context) if isinstance(block, Block) else _compute_trials(block, context)
         context.check_cancelled()
@@ -147,10 +152,12 @@ def cancel(tokens: list[str]) -> None:
 
 
 def warm_up() -> None:
-    """Compile this worker's kernels, or load them from the cache."""
-    from algorithms.warm_up import warm_up as compile_kernels
+    """Have the kernels compiled where they are not, and load them from the cache."""
+    from algorithms.warm_up import have_compiled
+    from algorithms.warm_up import warm_up as load
 
-    compile_kernels()
+    have_compiled()
+    load()
 
 
 def software() -> dict[str, str]:
