@@ -57,6 +57,10 @@ LEAST_REDUNDANCY = 1e-6
 NEAR_SHARE = 0.2
 MOST_TRIED = 4
 CORRECTIONS = 3
+# A mark with a residual beyond this is wild: a late reception. A receiver's own fault shows in all its marks; where
+# fewer than this share of them are wild, the wild ones are somebody's outliers and tell nothing about it.
+WILD_RATIO = 10.0
+FEW_WILD = 0.2
 # A residual counts up to this many standard deviations when corrections are compared.
 RATIO_CAP = 10.0
 TOO_FEW = "too few to tell"
@@ -96,6 +100,12 @@ class _Left:
         use = self.heard & (self.redundancy > LEAST_REDUNDANCY)
         sigma = np.sqrt(np.maximum(self.redundancy, LEAST_REDUNDANCY) * conditions.variance)
         return np.asarray((self.residual_m / sigma)[use])
+
+    def wild(self, conditions: Conditions, noise2: float) -> NDArray[np.bool_]:
+        """(M,): marks with a residual that is beyond chance, the noise being so many times the declared one."""
+        use = self.heard & (self.redundancy > LEAST_REDUNDANCY)
+        sigma2 = np.maximum(self.redundancy, LEAST_REDUNDANCY) * conditions.variance * noise2
+        return np.asarray(((self.residual_m**2 / sigma2 > WILD_RATIO**2) & use).any(axis=1))
 
 
 @dataclass(frozen=True)
@@ -203,13 +213,17 @@ def _faults(left: _Left, conditions: Conditions, open_cases: list[int]) -> list[
 def _fault(left: _Left, conditions: Conditions, j: int, noise2: float) -> _Fault | None:
     """Least squares for the delay and for the displacement of one receiver: the better explanation of the two."""
     rows = left.heard[:, j] & (left.redundancy[:, j] > LEAST_REDUNDANCY)
+    wild = left.wild(conditions, noise2)
+    if rows.any() and wild[rows].mean() < FEW_WILD:
+        rows &= ~wild
     m, e, u = left.redundancy[rows, j], left.residual_m[rows, j], left.direction[rows, j]
     if rows.sum() < FEWEST_RECEPTIONS:
         return None
     sigma, sigma_h = float(np.sqrt(conditions.variance[j])), left.sigma_altitude_m
     # Normal equations of the altitude's bias, and what they share with those of the receiver.
-    bias_score = float(left.altitude_residual_m.sum()) / sigma_h**2
-    bias_fisher = float(left.altitude_redundancy.sum()) / sigma_h**2 + 1.0 / BIAS_PRIOR_M**2
+    known = ~wild if wild.mean() < FEW_WILD else np.ones_like(wild)
+    bias_score = float(left.altitude_residual_m[known].sum()) / sigma_h**2
+    bias_fisher = float(left.altitude_redundancy[known].sum()) / sigma_h**2 + 1.0 / BIAS_PRIOR_M**2
     shared = left.shared[rows, j] / (sigma * sigma_h)
 
     def solved(fisher: Floats, score: Floats, cross: Floats) -> tuple[Floats, float, float]:

@@ -51,3 +51,11 @@ def test_the_late_station_is_named(make, delay_ns: float) -> None:
         verdicts = assess_receivers(replace(recording, toa_s=toa), AltitudeParameters())
         assert [k for k, v in enumerate(verdicts) if v.suspect] == [j], recording.stations[j]
         assert ("late" if delay_ns > 0 else "early") in str(verdicts[j].reason) or "stood" in str(verdicts[j].reason)
+
+
+def test_late_receptions_and_a_biased_altitude_accuse_nobody() -> None:
+    parameters = CircuitParameters(sigma_altitude_m=30.0, outlier_share=0.01, altitude_bias_sd_m=150.0)
+    for seed in range(4):
+        recording = simulate(parameters, (0,), seed).take(np.arange(0, 1900, 4))
+        verdicts = assess_receivers(recording, AltitudeParameters())
+        assert not any(v.suspect for v in verdicts), (seed, verdicts)
