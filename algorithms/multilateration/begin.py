@@ -1,9 +1,10 @@
-"""How a lane starts a track, restarts it, or decides where to linearise a mark (specification 5, steps 1, 2, 4)."""
+"""How a lane starts a track, restarts it, or decides where to linearise a mark (specification 5)."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from algorithms.multilateration.accumulate import forget, remember, try_together
 from algorithms.multilateration.fix import residual_rms, solve_mark
 from algorithms.multilateration.lanes import (
     CLAIM_SHARE_OF_RANGE,
@@ -19,6 +20,7 @@ from algorithms.multilateration.lanes import (
     R_NONE,
     R_RESIDUAL,
     R_SPREAD,
+    R_TOGETHER,
     R_TWO,
     REINITIALISED,
     REJECTED_TIME,
@@ -27,9 +29,11 @@ from algorithms.multilateration.lanes import (
     STALE_S,
     START_ACCELERATION_SD_MPS2,
     START_VELOCITY_SD_MPS,
+    STRAIGHT_ACCELERATION_SD_MPS2,
     VELOCITY_UNKNOWN_MPS,
 )
-from algorithms.toolbox.kernels import inlined, kernel
+from algorithms.toolbox.frames.earth import height_and_up
+from algorithms.toolbox.kernels import inlined, kernel, strict
 from algorithms.toolbox.kernels.symmetric import position_block, solve3
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 
@@ -165,29 +169,101 @@ def _begin(lane, gate, setup, track, now, first, n):
     if setup.robust:
         p = now.fix_position[first]
         offset = emission_offset(p[0], p[1], p[2], now.toa, now.used, setup.stations, lane)
-    track.time[lane] = gate + offset
-    track.last_update[lane] = track.time[lane]
+    _go_live(lane, gate + offset, track)
+
+
+@kernel
+def _go_live(lane, time, track):
+    track.time[lane] = time
+    track.last_update[lane] = time
     track.live[lane] = 1
     track.suspect[lane] = 0
     track.window_fill[lane] = 0
 
 
+@strict
+def _place_flight(lane, setup, track, theta, covariance):
+    """Put the fitted flight into a lane, with its whole covariance."""
+    z = 0.0
+    gx = 0.0
+    gy = 0.0
+    gz = 1.0
+    for _ in range(4):
+        h, gx, gy, gz = height_and_up(theta[0], theta[3], z, setup.earth)
+        z += (theta[6] - h) / gz
+    # How z and vz follow from theta: the altitude is h(x, y, z), the climb its change.
+    rows = np.zeros((9, 8))
+    for i in range(6):
+        rows[i, i] = 1.0
+    for i in range(2):
+        rows[6 + i, i] = -gx / gz
+        rows[6 + i, 3 + i] = -gy / gz
+        rows[6 + i, 6 + i] = 1.0 / gz
+    for r in range(9):
+        for q in range(r + 1):
+            total = 0.0
+            for a in range(8):
+                for b in range(8):
+                    high = max(a, b)
+                    total += rows[r, a] * rows[q, b] * covariance[high * (high + 1) // 2 + min(a, b)]
+            track.p[0, r * (r + 1) // 2 + q, lane] = total
+    track.p[0, 44, lane] = STRAIGHT_ACCELERATION_SD_MPS2**2
+    for i in range(6):
+        track.x[0, i, lane] = theta[i]
+    track.x[0, 6, lane] = z
+    track.x[0, 7, lane] = (theta[7] - gx * theta[1] - gy * theta[4]) / gz
+    track.x[0, 8, lane] = 0.0
+    track.cost[0, lane] = 0.0
+    track.rival[lane] = 0
+
+
+@kernel
+def _try_start_together(lane, gate, setup, track, now):
+    """Start a track from the marks gathered so far, or say why not."""
+    remember(lane, gate, setup, track, now)
+    why = try_together(lane, setup, track, now.flight, now.flight_covariance)
+    if why != R_NONE:
+        now.status[lane] = NOT_INITIALISED
+        now.reason[lane] = why
+        return
+    _place_flight(lane, setup, track, now.flight, now.flight_covariance)
+    x = track.x
+    offset = emission_offset(x[0, 0, lane], x[0, 3, lane], x[0, 6, lane], now.toa, now.used, setup.stations, lane)
+    _go_live(lane, gate + offset, track)
+    _count_start(lane, track)
+    now.status[lane] = INITIALISED
+    now.reason[lane] = R_TOGETHER
+
+
+@kernel
+def _count_start(lane, track):
+    track.started[lane] += 1
+    track.number[lane] = track.started[lane]
+    forget(lane, track)
+
+
 @kernel
 def _try_start(lane, gate, setup, track, now):
     """Start a track in a lane that has none, or say why not."""
+    gathers = track.gathered.gate.shape[1] > 0 and now.receptions[lane] >= 2
     n, why = _solve_lane(lane, setup, now)
     if n == 0:
+        if gathers and why != R_RESIDUAL:
+            _try_start_together(lane, gate, setup, track, now)
+            return
         now.status[lane] = RESIDUAL_GATE if why == R_RESIDUAL else NOT_INITIALISED
         now.reason[lane] = why
         return
     _begin(lane, gate, setup, track, now, 0, n)
     if setup.robust and claim_too_large(lane, setup, track):
         drop(lane, track)
+        if gathers:
+            _try_start_together(lane, gate, setup, track, now)
+            return
         now.status[lane] = NOT_INITIALISED
         now.reason[lane] = R_CLAIM
         return
-    track.started[lane] += 1
-    track.number[lane] = track.started[lane]
+    _count_start(lane, track)
     now.status[lane] = INITIALISED
     now.reason[lane] = R_TWO if n == 2 else R_NONE
 

@@ -5,8 +5,9 @@ One mark goes through these steps (specification 4, 5, 6.4(b)):
 1. `_read_mark`      receptions and altitude that are finite; impossible spreads.
 2. `_elapse`         time since the state, from the gate or from the estimated emission; gaps close a track.
 3. `predict_jerk`    the block, lanes without a track standing still.
-4. `decide` per lane: start a track from a one-mark fix; with an unknown velocity or after 20 s take the fix as
-                     point of linearisation, and restart where prediction and fix differ by more than five sigma.
+4. `decide` per lane: start a track from a one-mark fix, or from several marks together; with an unknown velocity or
+                     after 20 s take the fix as point of linearisation, and restart where prediction and fix differ by
+                     more than five sigma.
 5. `_measure`        rows of the mark; in the robust profile their noise is scaled where the innovation is too large.
 6. `_conclude`       status, consistency over twenty marks, tracks that have lost their way; the report.
 """
@@ -337,6 +338,9 @@ def _write(k, lanes, setup, track, now, report):
         for lane in range(lanes):
             report.state[k, i, lane] = track.x[0, i, lane] * now.shown[lane]
     if report.covariance.shape[1] == 45:
+        for lane in range(lanes):
+            waiting = now.status[lane] == NOT_INITIALISED and track.gathered.kept[lane] > 0
+            report.start_error[k, lane] = track.gathered.error[lane] if waiting else np.nan
         for i in range(45):
             for lane in range(lanes):
                 report.covariance[k, i, lane] = track.p[0, i, lane] * now.shown[lane]

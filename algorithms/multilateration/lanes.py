@@ -48,9 +48,40 @@ REASONS = (
     "the state is no longer finite",
     "innovation beyond 3 sigma: its noise was scaled up",
     "the covariance was no longer positive definite and was repaired",
+    "too few marks yet for a start from several",
+    "the same two stations all the time: no place along their hyperbola",
+    "several positions still explain the marks together",
+    "the marks together still leave an error above 20 % of the range",
+    "the marks together fit no straight flight at constant speed",
+    "started from several marks together",
+)
+# Words may be put better; these names stay.
+REASON_CODES = (
+    "",
+    "too_few_receptions",
+    "no_start_from_one_mark",
+    "no_solution",
+    "residual",
+    "claim_too_large",
+    "gap",
+    "inconsistent",
+    "far_from_fix",
+    "two_positions",
+    "impossible_spread",
+    "older_than_before",
+    "not_finite",
+    "noise_scaled",
+    "covariance_repaired",
+    "too_few_marks",
+    "same_pair",
+    "several_positions",
+    "poor_geometry",
+    "not_straight",
+    "several_marks",
 )
 (R_NONE, R_FEW, R_NO_START, R_NO_SOLUTION, R_RESIDUAL, R_CLAIM, R_GAP, R_INCONSISTENT, R_FIX) = range(9)
 (R_TWO, R_SPREAD, R_OLD, R_SINGULAR, R_SCALED, R_REPAIRED) = range(9, 15)
+(R_TOO_FEW, R_SAME_PAIR, R_SEVERAL, R_POOR, R_NOT_STRAIGHT, R_TOGETHER) = range(15, 21)
 
 GAP_S = 60.0
 STALE_S = 20.0
@@ -58,6 +89,8 @@ VELOCITY_UNKNOWN_MPS = 50.0
 RESTART_SIGMA = 5.0
 START_VELOCITY_SD_MPS = 300.0
 START_ACCELERATION_SD_MPS2 = 10.0
+# How straight a flight is taken to be, from whose marks a track is started.
+STRAIGHT_ACCELERATION_SD_MPS2 = 0.5
 SCALE_FROM_SIGMA = 3.0
 CLAIM_SHARE_OF_RANGE = 0.2
 WINDOW_MARKS = 20
@@ -103,6 +136,34 @@ class Setup(NamedTuple):
     residual_gate_m: float
     gate_centre_s: float
     """Half the gate's length: where an emission is assumed before the first solution."""
+    gather_time_s: float
+    """Marks older than this do not help to start a track."""
+    gather_altitude: float
+    gather_altitude_variance: float
+    """Altitude that is assumed for a start where none is decoded."""
+
+
+class Gathered(NamedTuple):
+    """Marks that a lane without a track keeps for a start from several of them; W marks at most, 0 = none is kept."""
+
+    gate: Floats
+    """(LANES, W)"""
+    toa: Floats
+    """(LANES, W, S) m, c times the times of arrival, NaN where not received"""
+    altitude: Floats
+    """(LANES, W) m, NaN where not decoded"""
+    kept: Ints
+    """How many marks there are."""
+    due: Ints
+    """Marks still to come before the next fit."""
+    failures: Ints
+    """Fits in vain since the pile was full."""
+    heard: Ints
+    """Most stations that any of its fits had."""
+    why: Ints
+    """Reason of the last failure."""
+    error: Floats
+    """m, claimed horizontal error of the last fit, NaN where there is none"""
 
 
 class Track(NamedTuple):
@@ -126,6 +187,7 @@ class Track(NamedTuple):
     window: Floats
     """(WINDOW_MARKS, LANES), NIS / dof"""
     window_fill: Ints
+    gathered: Gathered
 
 
 class Report(NamedTuple):
@@ -143,6 +205,7 @@ class Report(NamedTuple):
     used: NDArray[np.bool_]
     altitude_used: NDArray[np.bool_]
     residual: Floats
+    start_error: Floats
 
 
 class Now(NamedTuple):
@@ -186,6 +249,9 @@ class Now(NamedTuple):
     fix_cost: Floats
     work: Floats
     """(3, S): one lane's receptions for the one-mark solution"""
+    flight: Floats
+    flight_covariance: Floats
+    """(8,) and (36,): one lane's solution from several marks"""
 
 
 class Rows(NamedTuple):
@@ -231,6 +297,8 @@ def new_now(stations: int) -> Now:
         fix_covariance=np.zeros((2, 6)),
         fix_cost=np.zeros(2),
         work=np.zeros((3, stations)),
+        flight=np.zeros(8),
+        flight_covariance=np.zeros(36),
     )
 
 
@@ -249,8 +317,23 @@ def new_rows(stations: int) -> Rows:
     )
 
 
-def new_track() -> Track:
-    """Lanes without a track."""
+def new_gathered(stations: int, marks: int) -> Gathered:
+    """Empty piles of so many marks at most."""
+    return Gathered(
+        gate=np.zeros((LANES, marks)),
+        toa=np.zeros((LANES, marks, stations)),
+        altitude=np.zeros((LANES, marks)),
+        kept=np.zeros(LANES, np.int64),
+        due=np.zeros(LANES, np.int64),
+        failures=np.zeros(LANES, np.int64),
+        heard=np.zeros(LANES, np.int64),
+        why=np.zeros(LANES, np.int64),
+        error=np.full(LANES, np.nan),
+    )
+
+
+def new_track(stations: int = 0, gathered: int = 0) -> Track:
+    """Lanes without a track, with room for so many marks of a start from several."""
     p = np.zeros((2, 45, LANES))
     for i in range(9):
         p[:, i * (i + 1) // 2 + i] = 1.0  # idle lanes stay harmless
@@ -268,12 +351,13 @@ def new_track() -> Track:
         suspect=np.zeros(LANES, np.int64),
         window=np.zeros((WINDOW_MARKS, LANES)),
         window_fill=np.zeros(LANES, np.int64),
+        gathered=new_gathered(stations, gathered),
     )
 
 
 def new_report(marks: int, stations: int, lanes: int, *, lean: bool = False) -> Report:
     """Room for the report of so many marks; a lean one has what scores need: the position's covariance alone, and
-    nothing of single receptions.
+    nothing of single receptions or of starts in vain.
     """
     receptions = 0 if lean else marks
     return Report(
@@ -288,4 +372,5 @@ def new_report(marks: int, stations: int, lanes: int, *, lean: bool = False) -> 
         used=np.zeros((receptions, stations, lanes), np.bool_),
         altitude_used=np.zeros((marks, lanes), np.bool_),
         residual=np.full((receptions, stations, lanes), np.nan),
+        start_error=np.full((receptions, lanes), np.nan),
     )

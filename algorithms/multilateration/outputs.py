@@ -1,4 +1,4 @@
-"""The arrays that every multilateration algorithm gives, declared once."""
+"""The arrays that the multilateration algorithms give, declared once: OUTPUTS by every one, more by the filters."""
 
 from __future__ import annotations
 
@@ -24,4 +24,14 @@ OUTPUTS = (
     Output("used", ("mark", "station", "trial"), "", "whether the reception entered the estimate"),
     Output("altitude_used", ("mark", "trial"), "", "whether the altitude entered the estimate"),
     Output("residual_m", ("mark", "station", "trial"), "m", "range residual after the estimate, about its mean"),
+)
+
+FILTER_OUTPUTS = (
+    *OUTPUTS,
+    Output(
+        "start_error_m",
+        ("mark", "trial"),
+        "m",
+        "claimed horizontal error of the best start from several marks, while it is not accepted",
+    ),
 )

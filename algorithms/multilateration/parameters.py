@@ -26,7 +26,8 @@ class Start(Parameters):
     """Where a filter starts: from the data, from a given state, or around the truth of a scenario."""
 
     mode: Literal["auto", "given", "truth"] = "auto"
-    """auto = a one-mark fix; given = `state` with `covariance` or `sd`; truth = drawn around the truth (scenarios)."""
+    """auto = a one-mark fix, or several marks together; given = `state` with `covariance` or `sd`; truth = drawn around
+    the truth (scenarios)."""
     state: tuple[Bounded, ...] | None = None
     """Nine components in the order x vx ax y vy ay z vz az (m, m/s, m/s2)."""
     covariance: tuple[tuple[Bounded, ...], ...] | None = None
@@ -138,6 +139,23 @@ class FilterParameters(MarkParameters):
     """Form of the process noise. Empty = white (the article's profile: paper)."""
     start: Start = parameter(Start(), title="Start", group="start", advanced=True)
     """Where the filter starts."""
+    start_marks: int = parameter(
+        30, title="Marks for a start together", unit="1", group="start", advanced=True, ge=0, le=200
+    )
+    """How many marks, none of which can start a track, are kept to start one together. 0 = never (the article's
+    profile: never)."""
+    start_window_s: float = parameter(
+        60.0, title="Window for a start together", unit="s", group="start", advanced=True, gt=0, le=600
+    )
+    """How old a mark may be that helps to start a track; the flight must be straight so long."""
+    start_altitude_m: float = parameter(
+        6000.0, title="Assumed altitude", unit="m", group="start", advanced=True, ge=-1e3, le=4e4
+    )
+    """Altitude of the class of emitters, for a start together where no altitude is decoded."""
+    start_altitude_sd_m: float = parameter(
+        3500.0, title="Error of the assumed altitude", unit="m", group="start", advanced=True, gt=0, le=1e5
+    )
+    """Its standard deviation: 3500 m = anywhere from the ground to 12 km."""
 
 
 class FilterWithAltitudeParameters(FilterParameters, AltitudeParameters):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from algorithms.multilateration.bound import horizontal_bound
 from algorithms.multilateration.measures import measure
-from algorithms.multilateration.outputs import OUTPUTS
+from algorithms.multilateration.outputs import FILTER_OUTPUTS
 from algorithms.multilateration.parameters import FilterParameters
 from algorithms.multilateration.tables import tabulate
 from algorithms.multilateration.tracker import run_filter, score_filter
@@ -43,11 +43,12 @@ def bound(recording: ToaMarks, parameters: RdfParameters) -> Floats:
 ALGORITHM = Algorithm(
     name="rdf",
     title="Range-difference filter (RDF)",
-    summary="Extended Kalman filter on time differences. Uses marks with two receptions and more; starts from four.",
+    summary="Extended Kalman filter on time differences. Uses marks with two receptions and more; starts from four, "
+    "or several marks.",
     family="multilateration",
     takes=("toa_marks",),
     parameters=RdfParameters,
-    outputs=OUTPUTS,
+    outputs=FILTER_OUTPUTS,
     charts=("plan", "drms", "nis", "radial_error", "altitude", "height", "residuals", "receptions"),
     references=(Reference("chugunov2023", "eqs. (5)-(23)"), Reference("barshalom2001", "sec. 10.3")),
     run=run,

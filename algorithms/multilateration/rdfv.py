@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from algorithms.multilateration.bound import horizontal_bound
 from algorithms.multilateration.measures import measure
-from algorithms.multilateration.outputs import OUTPUTS
+from algorithms.multilateration.outputs import FILTER_OUTPUTS
 from algorithms.multilateration.parameters import FilterWithAltitudeParameters
 from algorithms.multilateration.tables import tabulate
 from algorithms.multilateration.tracker import run_filter, score_filter
@@ -44,11 +44,11 @@ ALGORITHM = Algorithm(
     name="rdfv",
     title="Range-difference filter with altitude (RDFV)",
     summary="Extended Kalman filter on time differences and the decoded altitude. Starts from three receptions with "
-    "altitude, or four.",
+    "altitude, four, or several marks.",
     family="multilateration",
     takes=("toa_marks",),
     parameters=RdfvParameters,
-    outputs=OUTPUTS,
+    outputs=FILTER_OUTPUTS,
     charts=("plan", "drms", "nis", "radial_error", "altitude", "height", "residuals", "receptions"),
     references=(Reference("chugunov2023", "eqs. (15)-(26)"), Reference("barshalom2001", "sec. 10.3")),
     run=run,

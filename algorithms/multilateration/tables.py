@@ -187,7 +187,7 @@ def _decisions(recording: ToaMarks, result: Result) -> Table:
     """List every mark that was not simply used: what was decided, against which threshold, and why."""
     a = result.arrays
     status, reason = _flat(a["status"]), _flat(a["reason"])
-    keep = np.flatnonzero(~np.isin(status, _PLAINLY_USED))
+    keep = np.flatnonzero(~np.isin(status, _PLAINLY_USED) | (reason == lanes.R_TOGETHER))
     marks, trials = a["time_s"].shape
     nis, dof = _flat(a["nis"])[keep], _flat(a["dof"])[keep]
     scaled = status[keep] == lanes.DOWNWEIGHTED
@@ -202,11 +202,24 @@ def _decisions(recording: ToaMarks, result: Result) -> Table:
             "distance": np.sqrt(nis),
             "threshold": threshold,
             "probability": np.full(keep.size, np.nan),
-            "reason": [lanes.REASONS[i] or None for i in reason[keep]],
+            "reason": _reasons(result, reason, keep),
             "target": [targets[i] for i in keep],
             "trial": _trial_column(marks, trials)[keep],
+            "code": [lanes.REASON_CODES[i] or None for i in reason[keep]],
         }
     )
+
+
+def _reasons(result: Result, reason: NDArray[Any], keep: NDArray[np.int64]) -> list[str | None]:
+    """Words of each reason; a start in vain also tells the error that it would have had, to two digits."""
+    words = [lanes.REASONS[i] or None for i in reason[keep]]
+    if "start_error_m" not in result.arrays:
+        return words
+    error = _flat(result.arrays["start_error_m"])[keep]
+    for i in np.flatnonzero(np.isfinite(error)):
+        km = float(f"{error[i] / 1e3:.2g}")
+        words[i] = f"{words[i]}; predicted error {km:g} km"
+    return words
 
 
 def _receivers(recording: ToaMarks, result: Result) -> Table:

@@ -62,12 +62,17 @@ def _filtered(
 ) -> tuple[Report, Conditions, dict[str, Setting]]:
     """Run the kernel over all targets and trials; a lean report has what scores need."""
     conditions = conditions_of(recording, parameters, profile=parameters.profile, with_altitude=altitude)
-    settings = conditions.settings | {
-        "profile": given_or_default(parameters, "profile"),
-        "process_noise": Setting(_process_noise(parameters), "run" if parameters.process_noise else "profile"),
-        "sigma_jerk_mps3": given_or_default(parameters, "sigma_jerk_mps3"),
-    }
+    settings = (
+        conditions.settings
+        | {
+            "profile": given_or_default(parameters, "profile"),
+            "process_noise": Setting(_process_noise(parameters), "run" if parameters.process_noise else "profile"),
+            "sigma_jerk_mps3": given_or_default(parameters, "sigma_jerk_mps3"),
+        }
+        | _start_settings(parameters)
+    )
     setup = filter_setup(recording, parameters, conditions, altitude=altitude)
+    gathered = int(settings["start_marks"].value)
     toa = toa_of(recording, conditions)
     trials = toa.shape[2]
     whole = lanes.new_report(len(recording), toa.shape[1], trials, lean=lean)
@@ -86,7 +91,7 @@ def _filtered(
                 np.ascontiguousarray(toa[chosen][:, :, part]),
                 np.ascontiguousarray(recording.altitude_m[chosen][:, part]),
             )
-            track = started(parameters.start, recording, rows, np.arange(part.start, part.stop), context)
+            track = started(parameters.start, recording, rows, np.arange(part.start, part.stop), context, gathered)
             report = lanes.new_report(rows.size, toa.shape[1], part.stop - part.start, lean=lean)
             now, work = lanes.new_now(toa.shape[1]), lanes.new_rows(toa.shape[1])
             step = max(1, SLICE_RECEPTIONS // max(toa.shape[1], 1))
@@ -114,11 +119,21 @@ def filter_setup(recording: ToaMarks, parameters: FilterParameters, conditions: 
         altitude=altitude,
         robust=parameters.profile == "robust",
         gate_length_s=gate_length or 0.0,
+        gathering=parameters,
     )
 
 
 def _process_noise(parameters: FilterParameters) -> str:
     return parameters.process_noise or ("paper" if parameters.profile == "article" else "white")
+
+
+def _start_settings(parameters: FilterParameters) -> dict[str, Setting]:
+    """Tell what a start from several marks used; the article's profile makes none."""
+    names = ("start_marks", "start_window_s", "start_altitude_m", "start_altitude_sd_m")
+    settings = {name: given_or_default(parameters, name) for name in names}
+    if parameters.profile == "article":
+        settings["start_marks"] = Setting(0, "profile")
+    return settings
 
 
 def setup_of(
@@ -129,8 +144,10 @@ def setup_of(
     altitude: bool,
     robust: bool,
     gate_length_s: float = 0.0,
+    gathering: FilterParameters | None = None,
 ) -> Setup:
     """Gather the constants of a kernel call."""
+    gathering = gathering or FilterParameters()
     return Setup(
         stations=conditions.stations,
         variance=conditions.variance,
@@ -147,14 +164,25 @@ def setup_of(
         robust=robust,
         residual_gate_m=conditions.residual_gate_m,
         gate_centre_s=gate_length_s / 2,
+        gather_time_s=gathering.start_window_s,
+        gather_altitude=gathering.start_altitude_m,
+        gather_altitude_variance=gathering.start_altitude_sd_m**2,
     )
 
 
 def started(
-    start: Start, recording: ToaMarks, rows: NDArray[np.int64], trials: NDArray[np.int64], context: RunContext
+    start: Start,
+    recording: ToaMarks,
+    rows: NDArray[np.int64],
+    trials: NDArray[np.int64],
+    context: RunContext,
+    gathered: int = 0,
 ) -> Track:
-    """Lanes before the first mark: empty, or with the given state at the first mark's time."""
-    track = lanes.new_track()
+    """Lanes before the first mark: empty, or with the given state at the first mark's time.
+
+    `gathered` is how many marks are kept for a start from several.
+    """
+    track = lanes.new_track(len(recording.stations), gathered)
     if start.mode == "auto":
         return track
     covariance = start_covariance(start)
@@ -214,4 +242,5 @@ def _arrays(recording: ToaMarks, report: Report) -> dict[str, NDArray[np.generic
         "used": report.used,
         "altitude_used": report.altitude_used,
         "residual_m": report.residual,
+        "start_error_m": report.start_error,
     }

@@ -20,5 +20,8 @@ LANES = 16
 # `contract` alone (fused multiply-add): the other fast-math flags change results with the surroundings.
 kernel = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
 inlined = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", inline="always")
+# Where an iteration ends by comparing numbers, a last digit can decide: here no two operations may be fused, so that
+# the result does not depend on how the compiler cut the code that surrounds it.
+strict = numba.njit(cache=True, nogil=True, error_model="numpy")
 
-__all__ = ["LANES", "inlined", "kernel"]
+__all__ = ["LANES", "inlined", "kernel", "strict"]

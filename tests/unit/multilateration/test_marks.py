@@ -145,7 +145,8 @@ def test_pairs_alone_never_start_and_say_why() -> None:
     assert set(words(result)) == {"not_initialised"}
     decisions = rdfv.ALGORITHM.tabulate(recording, result)["decisions"]
     assert len(decisions) == 60
-    assert set(decisions.columns["reason"]) == {"a start needs four receptions, or three and an altitude"}
+    assert set(decisions.columns["code"]) == {"too_few_marks", "same_pair"}
+    assert "the same two stations all the time" in decisions.columns["reason"][-1]
     assert np.isnan(result.arrays["state"]).all()
 
 
