@@ -31,4 +31,28 @@ REFERENCES: dict[str, str] = {
         "P. Tichavsky, C. H. Muravchik, A. Nehorai. Posterior Cramer-Rao bounds for discrete-time nonlinear "
         "filtering. IEEE Trans. SP 46 (5), 1998, pp. 1386-1396."
     ),
+    "prosov2008": (
+        "A. V. Prosov. Analysis of the effect of linearisation errors of radar measurements on the reliability of "
+        "associating data from spatially separated radars. 2008 (in Russian)."
+    ),
+    "lerro1993": (
+        "D. Lerro, Y. Bar-Shalom. Tracking with debiased consistent converted measurements versus EKF. IEEE Trans. "
+        "AES 29 (3), 1993, pp. 1015-1022."
+    ),
+    "longbin1998": (
+        "M. Longbin, S. Xiaoquan, Z. Yiyu, S. Z. Kang, Y. Bar-Shalom. Unbiased converted measurements for tracking. "
+        "IEEE Trans. AES 34 (3), 1998, pp. 1023-1027."
+    ),
+    "bordonaro2014": (
+        "S. Bordonaro, P. Willett, Y. Bar-Shalom. Decorrelated unbiased converted measurement Kalman filter. IEEE "
+        "Trans. AES 50 (2), 2014, pp. 1431-1444."
+    ),
+    "murty1968": (
+        "K. G. Murty. An algorithm for ranking all the assignments in order of increasing cost. Operations Research "
+        "16 (3), 1968, pp. 682-687."
+    ),
+    "crouse2016": (
+        "D. F. Crouse. On implementing 2D rectangular assignment algorithms. IEEE Trans. AES 52 (4), 2016, "
+        "pp. 1679-1696."
+    ),
 }
