@@ -77,8 +77,24 @@ def upload(api: httpx2.Client, marks: bytes, site: bytes, name: str) -> dict[str
 # The list of runs.
 
 
+def varied(summary: dict[str, Any], labels: set[str], random: np.random.Generator) -> dict[str, Any]:
+    """Return a summary of these labels with other numbers: equal ones would compress to nothing."""
+    return {
+        metric: {
+            label: {
+                "value": None if one["value"] is None else one["value"] * random.uniform(0.5, 2.0),
+                "ci95": None if one["ci95"] is None else [bound * random.uniform(0.5, 2.0) for bound in one["ci95"]],
+                "unit": one["unit"],
+            }
+            for label, one in found.items()
+            if label in labels
+        }
+        for metric, found in summary.items()
+    }
+
+
 def store_runs(data: Path, count: int) -> None:
-    """Store copies of one real run that differ in name, tags, algorithms and state."""
+    """Store copies of one real run that differ in name, tags, algorithms, numbers and state."""
     with serving(data) as server, server.client() as api:
         marks, site = ((SAMPLES / name).read_bytes() for name in ("sample_marks.csv", "sample_site.json"))
         body = {
@@ -112,7 +128,7 @@ def store_runs(data: Path, count: int) -> None:
                     connection,
                     run.id,
                     result_sha256=model.result_sha256 or "",
-                    summary=model.summary or {},
+                    summary=varied(dict(model.summary or {}), {e.label for e in run.algorithms}, random),
                     entries=(model.entries or ())[:kept],
                     software=model.software or {},
                 )

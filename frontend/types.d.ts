@@ -279,6 +279,7 @@ export interface Run {
   started_at: string | null;
   finished_at: string | null;
   error: ProblemBody | null;
+  /** In lists only the metrics of which the first stands for the run. */
   summary: Summary | null;
   /** What the algorithms cite. This, settings, notes and seconds are not in lists. */
   references?: Reference[] | null;

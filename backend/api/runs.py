@@ -10,7 +10,7 @@ from pydantic_core import to_json
 from backend.api.algorithms import references_of
 from backend.api.responses import content, problems
 from backend.api.run_request import checked
-from backend.api.run_schemas import RunIn, RunOut, RunPage, RunPatch, RunQuery, TagItem, TagList, item_of
+from backend.api.run_schemas import RunIn, RunOut, RunPage, RunPatch, RunQuery, TagItem, TagList, listed
 from backend.api.services import Services, ServicesDep
 from backend.db import events, idempotency
 from backend.db import runs as stored
@@ -101,7 +101,7 @@ def list_runs(
         )
     rows, cursor = cut(query, rows, request, response)
     at = now()
-    items = [item_of(r, at=at, size_bytes=_size(services, r)) for r in rows]
+    items = [listed(r, at=at, size_bytes=_size(services, r)) for r in rows]
     content = to_json({"items": items, "next_cursor": cursor})
     return Response(content, media_type="application/json", headers=dict(response.headers))
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from sqlalchemy import ColumnElement, Connection, Row, delete, exists, func, insert, select, tuple_, update
+from sqlalchemy import ColumnElement, Connection, Row, delete, exists, func, insert, null, select, tuple_, update
 
 from backend.db import events
 from backend.db.ids import new_id, now
@@ -43,7 +43,7 @@ class Run:
     progress_done, progress_total : work in rows of the recording times algorithms
     error : {"code", "detail", "remedy", "pointer", "label"} of a failed run
     summary : {metric: {label: {"value", "ci95", "unit"}}}
-    entries : per algorithm what was really used: {"label", "settings", "notes", "seconds"}
+    entries : per algorithm what was really used: {"label", "settings", "notes", "seconds"}; None in lists
     """
 
     id: str
@@ -160,8 +160,11 @@ def list_runs(
     after: tuple[dt.datetime, str] | None = None,
     oldest_first: bool = False,
 ) -> list[Run]:
-    """Return up to `limit` runs, newest first, that follow the run with (created_at, id) `after`."""
-    query = select(*_COLUMNS).where(*_conditions(only)).limit(limit)
+    """Return up to `limit` runs, newest first, that follow the run with (created_at, id) `after`.
+
+    Their `entries` are left unread (None): no list shows them, and they are half of what reading one costs.
+    """
+    query = select(*_LISTED).where(*_conditions(only)).limit(limit)
     if oldest_first:
         query = query.order_by(runs.c.created_at, runs.c.id)
     else:
@@ -314,6 +317,7 @@ def delete_run(connection: Connection, run_id: str) -> frozenset[str]:
 
 
 _COLUMNS = [c for c in runs.c if c.name != "search_text"]
+_LISTED = [null().label("entries") if c.name == "entries" else c for c in _COLUMNS]
 
 
 def _search_text(label: str, tags: Sequence[str], algorithms: Sequence[Entry], source: Mapping[str, Any]) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import httpx2
 import pytest
 
-from backend.api.run_schemas import RunPage
+from backend.api.run_schemas import LISTED_METRICS, RunPage
 from tests.api.conftest import FINAL, Upload, finished, problem
 
 
@@ -57,7 +57,11 @@ def test_a_list_shows_of_a_run_what_its_own_page_shows_but_for_what_is_long(
 ) -> None:
     answer = api.get("/api/v1/runs", params={"tag": "kept"})
     (listed,) = answer.json()["items"]
-    assert listed == {k: v for k, v in run.items() if k not in ("settings", "notes", "seconds", "references")}
+    shown = {k: v for k, v in run.items() if k not in ("settings", "notes", "seconds", "references")}
+    headline = {m: v for m, v in run["summary"].items() if m in LISTED_METRICS}
+    assert headline
+    assert len(headline) < len(run["summary"])
+    assert listed == shown | {"summary": headline}
     # The list is written without the checks of the schema that describes it.
     assert RunPage.model_validate_json(answer.content, strict=True).model_dump(mode="json") == answer.json()
 
