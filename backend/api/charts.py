@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -175,17 +175,21 @@ def charts_of_run(run: stored.Run, trials_only: bool = False) -> list[DeclaredCh
 
     While trials still run there are only theirs.
     """
+    return charts_of_entries(run.algorithms, run.source, trials_only)
+
+
+def charts_of_entries(
+    entries: Sequence[stored.Entry], source: Mapping[str, Any], trials_only: bool = False
+) -> list[DeclaredChart]:
+    """Return the charts of these algorithms on this source, stored or not."""
     from backend.charts.catalogue import charts
 
     found = charts("run")
     names = dict.fromkeys(
-        name
-        for entry in run.algorithms
-        if (algorithm := catalogue().get(entry.name)) is not None
-        for name in algorithm.charts
+        name for entry in entries if (algorithm := catalogue().get(entry.name)) is not None for name in algorithm.charts
     )
-    if "scenario" in run.source:
-        own = [name for name in TRIAL_CHARTS if name != "trials_sweep" or run.source.get("sweep")]
+    if "scenario" in source:
+        own = [name for name in TRIAL_CHARTS if name != "trials_sweep" or source.get("sweep")]
         names = dict.fromkeys((*own, *(() if trials_only else names)))
     return [found[name] for name in names if name in found]
 

@@ -60,7 +60,7 @@ class CheckedRun:
 def checked(services: Services, request: RunIn) -> CheckedRun:
     """Return a run that can start, or everything that is wrong with it."""
     study = request.study
-    request = _spread_out(request)
+    request = spread_out(request)
     _one_source(request)
     recording = None if request.scenario is not None else _recording(services, request)
     problems: list[ProblemItem] = []
@@ -122,7 +122,7 @@ def _fail(pointer: str, detail: str, code: str) -> ProblemError:
     return ProblemError(422, code, detail, errors=[_item(pointer, detail, code)])
 
 
-def _spread_out(request: RunIn) -> RunIn:
+def spread_out(request: RunIn) -> RunIn:
     """Return the run that a study is a recipe for; any other request as it is."""
     if request.study is None:
         return request

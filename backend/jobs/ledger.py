@@ -53,18 +53,7 @@ def block_of(database: Database, store: Store, run: runs.Run, plan: Plan, positi
     """Return the block at `position` of a run, with its recording or its trials."""
     token = f"{run.id}-{position}-{new_id()}"
     if isinstance(plan, TrialsPlan):
-        cell, (first, stop) = plan.place_of(position)
-        return TrialsBlock(
-            token=token,
-            label=plan.label_of(position),
-            preset=plan.preset,
-            scenario=cell.parameters,
-            variants=tuple((v.algorithm, v.parameters) for v in plan.variants),
-            seed=run.seed,
-            first=first,
-            stop=stop,
-            keep_every=plan.keep_every,
-        )
+        return trials_block(plan, position, token=token, seed=run.seed)
     entry = run.algorithms[position]
     with database.read() as connection:
         (recording_id,) = runs.recording_ids_of(connection, run.id)
@@ -78,6 +67,22 @@ def block_of(database: Database, store: Store, run: runs.Run, plan: Plan, positi
         parameters=entry.parameters,
         seed=run.seed,
         recording=store.get_bytes(data_sha256),
+    )
+
+
+def trials_block(plan: TrialsPlan, position: int, *, token: str, seed: int) -> TrialsBlock:
+    """Return the block at `position` of simulated trials."""
+    cell, (first, stop) = plan.place_of(position)
+    return TrialsBlock(
+        token=token,
+        label=plan.label_of(position),
+        preset=plan.preset,
+        scenario=cell.parameters,
+        variants=tuple((v.algorithm, v.parameters) for v in plan.variants),
+        seed=seed,
+        first=first,
+        stop=stop,
+        keep_every=plan.keep_every,
     )
 
 

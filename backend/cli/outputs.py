@@ -1,0 +1,173 @@
+"""What a run without a server gives: tables, charts, arrays and an account of it, as files in one folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from backend.cli.terminal import UsageError
+
+if TYPE_CHECKING:
+    from algorithms.recording import Recording
+    from algorithms.result import Table
+    from backend.charts.view import Chart, RunView
+    from backend.db.runs import Entry
+    from backend.jobs.results import Composed
+
+
+@dataclass(frozen=True)
+class LocalRun:
+    """A finished run that is stored nowhere.
+
+    Attributes
+    ----------
+    source : what it worked on; with "scenario" where that was simulated
+    recording : the measurements, or the first simulated trial
+    """
+
+    title: str
+    entries: Sequence[Entry]
+    source: Mapping[str, Any]
+    recording: Recording
+    composed: Composed
+
+    def tables(self) -> dict[str, Table]:
+        """All tables by name, rows of all labels under each other."""
+        from backend.jobs.results import joined, table_of_stored
+
+        out = {stored.name: table_of_stored(stored) for stored in self.composed.tables}
+        for name in self._big_names():
+            found = {e.label: self._big(name, e.label) for e in self.entries}
+            out[name] = joined({label: table for label, table in found.items() if table is not None})
+        return out
+
+    def charts(self) -> list[Chart]:
+        """The charts that the page shows of such a run."""
+        from backend.api.charts import charts_of_entries
+
+        return charts_of_entries(self.entries, self.source)
+
+    def view(self) -> RunView:
+        """What the charts see."""
+        from algorithms.result import Table
+        from backend.charts.view import Entry as ChartEntry
+        from backend.charts.view import RunView, rows_of_label
+        from backend.jobs.results import table_of_stored
+
+        small = {stored.name: table_of_stored(stored) for stored in self.composed.tables}
+
+        def entry(index: int, declared: Entry) -> ChartEntry:
+            label = declared.label
+
+            def table(name: str) -> Table:
+                if name in small:
+                    return rows_of_label(small[name], label)
+                return self._big(name, label) or Table({})
+
+            def arrays() -> dict[str, Any]:
+                prefix = f"{label}/"
+                own = self.composed.arrays
+                return {name.removeprefix(prefix): own[name] for name in own if name.startswith(prefix)}
+
+            return ChartEntry(label, index, declared.name, table, arrays)
+
+        return RunView(
+            recording=self.recording,
+            entries=tuple(entry(i, e) for i, e in enumerate(self.entries)),
+            legs=tuple((name, start, stop) for name, start, stop in self.source.get("legs", ())),
+        )
+
+    def _big_names(self) -> list[str]:
+        ends = "/columns"
+        keys = [key.split("/") for key in self.composed.arrays if key.startswith("tables/") and key.endswith(ends)]
+        return list(dict.fromkeys(parts[1] for parts in keys))
+
+    def _big(self, name: str, label: str) -> Table | None:
+        from algorithms.result import Table
+
+        prefix = f"tables/{name}/{label}"
+        arrays = self.composed.arrays
+        return Table.from_arrays(arrays, prefix) if f"{prefix}/columns" in arrays else None
+
+
+def prepared_folder(folder: Path | None, overwrite: bool) -> None:
+    """Say before anything is computed that the results could not be written there."""
+    if folder is None:
+        return
+    if folder.exists() and not folder.is_dir():
+        raise UsageError(f"{folder} is a file; --out names a folder.")
+    if folder.is_dir() and not overwrite and any(folder.iterdir()):
+        raise UsageError(f"{folder} is not empty: choose another folder, or say --overwrite.")
+    folder.mkdir(parents=True, exist_ok=True)
+
+
+def write_outputs(
+    folder: Path, run: LocalRun, about: Mapping[str, Any], more: Mapping[str, Table], report: Callable[[float], None]
+) -> list[str]:
+    """Write everything, then move it into the folder: what is interrupted leaves nothing half written.
+
+    `about` becomes `run.json`, `more` are tables beside those of the run. Gives the names of the files.
+    """
+    with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=folder) as unfinished:
+        _write(Path(unfinished), run, about, more, report)
+        written = sorted(path for path in Path(unfinished).rglob("*") if path.is_file())
+        names = [path.relative_to(unfinished).as_posix() for path in written]
+        for path, name in zip(written, names, strict=True):
+            target = folder / name
+            target.parent.mkdir(exist_ok=True)
+            os.replace(path, target)
+    return names
+
+
+def _write(
+    folder: Path, run: LocalRun, about: Mapping[str, Any], more: Mapping[str, Table], report: Callable[[float], None]
+) -> None:
+    from backend.charts.html import chart_page
+    from backend.charts.view import ChartOptions
+    from backend.files.parquet_writer import write_parquet
+    from backend.files.store import write_arrays
+    from backend.files.table_writer import write_table_csv
+
+    tables, charts = {**run.tables(), **more}, run.charts()
+    steps = 2 * len(tables) + len(charts)
+    done = 0
+    for part in ("tables", "charts"):
+        (folder / part).mkdir()
+    for name, table in tables.items():
+        with (folder / "tables" / f"{name}.csv").open("w", encoding="utf-8", newline="") as out:
+            write_table_csv(table, out)
+        write_parquet(table, folder / "tables" / f"{name}.parquet", about={"run": run.title, "table": name})
+        done += 2
+        report(done / steps)
+    view = run.view()
+    for chart in charts:
+        figure = chart.draw(view, ChartOptions(entries=len(run.entries)))
+        (folder / "charts" / f"{chart.name}.html").write_bytes(chart_page(figure, run.title))
+        done += 1
+        report(done / steps)
+    write_arrays(folder / "result.npz", run.composed.arrays)
+    text = json.dumps(about, indent=2, ensure_ascii=False, allow_nan=False)
+    (folder / "run.json").write_text(text + "\n", encoding="utf-8")
+
+
+def summary_lines(summary: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
+    """Headline as lines of a table: metric, label, value with its 95 % interval, unit."""
+    from backend.charts.report import number_text
+
+    rows = []
+    for metric, found in summary.items():
+        for label, number in found.items():
+            interval = None if number["ci95"] is None or None in number["ci95"] else tuple(number["ci95"])
+            value = number_text(number["value"], interval)
+            if interval is not None:
+                value += f" [{number_text(interval[0], interval)}, {number_text(interval[1], interval)}]"
+            rows.append((metric, label, value, number["unit"]))
+    widths = [max((len(row[i]) for row in rows), default=0) for i in range(3)]
+    return [
+        "  ".join([*(cell.ljust(w) for cell, w in zip(row, widths, strict=False)), row[3]]).rstrip() for row in rows
+    ]
