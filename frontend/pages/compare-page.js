@@ -52,8 +52,8 @@ class ComparePage extends HTMLElement {
     setTitle(t("compare.title"));
     this.stop = new AbortController();
     put(this, h("h1", { class: "sr-only" }, t("compare.title")), loading());
-    const look = throttled(() => this.lookAgain());
-    this.unwatch = watch((news) => { if (this.comparison && (!news || this.runs.includes(news.id))) look(); });
+    this.look = throttled(() => this.lookAgain());
+    this.unwatch = watch((news) => { if (!news || this.runs.includes(news.id)) this.look?.(); });
     this.load();
   }
 
@@ -64,6 +64,9 @@ class ComparePage extends HTMLElement {
 
   /** A run may have got another name, or be gone: nothing of it stays on the page. */
   async lookAgain() {
+    // What is being loaded may be old already: it is looked at again when it stands.
+    this.missed = !this.comparison;
+    if (this.missed) return;
     try {
       const comparison = await this.ask();
       if (JSON.stringify(comparison) === JSON.stringify(this.comparison)) return;
@@ -138,6 +141,7 @@ class ComparePage extends HTMLElement {
     try {
       this.comparison = await this.ask();
       this.draw(this.comparison);
+      if (this.missed) this.look?.();
     } catch (error) {
       if (this.stop?.signal.aborted) return;
       put(this, heading, failed(error, { retry: () => this.load() }), this.others(error));
