@@ -108,6 +108,38 @@ def run(recording: Recording, *tables: Mapping[str, Table], labels: tuple[str, .
     return RunView(recording, tuple(entry(labels[i], i, t, recording) for i, t in enumerate(tables)))
 
 
+def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -> dict[str, Table]:
+    """Curves and metrics of ten trials at two swept values; at the first instant nothing is known yet."""
+    count = 5
+    growing = scale * np.array([np.nan, 40.0, 30.0, 20.0, 10.0] * 2)
+    columns: dict[str, Any] = {
+        swept: np.repeat([10.0, 100.0], count),
+        "target": [None] * (2 * count),
+        "time_s": np.tile(np.arange(float(count)), 2),
+        "rms_horizontal_m": growing,
+        "rms_horizontal_m_low": 0.9 * growing,
+        "rms_horizontal_m_high": 1.1 * growing,
+        "claimed_horizontal_m": 0.8 * growing,
+        "lost_share": np.array([np.nan, 0.0, 0.1, 0.0, 0.0] * 2),
+        "bound_horizontal_m": 0.5 * growing,
+        "trials": np.full(2 * count, 10.0),
+    }
+    for statistic in ("nees", "nis"):
+        known = np.isfinite(growing)
+        columns |= {statistic: np.where(known, 1.5, np.nan)}
+        columns |= {f"{statistic}_low": np.where(known, 0.7, np.nan), f"{statistic}_high": np.where(known, 1.4, np.nan)}
+    metrics: dict[str, Any] = {
+        "metric": ["rms_horizontal_m"] * 3,
+        "segment": [None, None, "orbit"],
+        "target": [None] * 3,
+        swept: np.array([10.0, 100.0, 10.0]),
+        "value": scale * np.array([20.0, 30.0, 40.0]),
+        "ci95_low": scale * np.array([19.0, 29.0, 39.0]),
+        "ci95_high": scale * np.array([21.0, np.nan, 41.0]),
+    }
+    return {"curves": Table(columns), "metrics": Table(metrics)}
+
+
 def complete_run(recording: ToaMarks, **more: Any) -> RunView:
     tables = {"states": states(recording, **more), "errors": errors(recording), "receivers": receivers()}
     return run(recording, tables)

@@ -52,6 +52,8 @@ _REASONS = {
     "no_curves": "No statistics over trials at each instant: the run has none, or none is finished yet.",
     "nothing_lost": "No track is lost: every instant after the start has an estimate in every trial.",
     "no_sweep": "This run varies no number.",
+    "no_reference": "The first algorithm is swept itself: no single one of its values is what the others gain over.",
+    "nothing_to_compare": "One algorithm alone: there is nothing to compare it with.",
     "no_nis": "No algorithm of this run gave an innovation with its covariance.",
     "no_position": "Nothing in this recording has a place in the plane: it needs a site or true positions.",
     "other_kind": "This chart is for recordings of another kind.",

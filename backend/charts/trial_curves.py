@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,19 +12,34 @@ from numpy.typing import NDArray
 from algorithms.result import Column
 from backend.charts import theme
 from backend.charts.decimate import Picked, curve
-from backend.charts.figure import Trace, line_of, trace
+from backend.charts.figure import Trace, trace
 from backend.charts.view import ChartOptions, Entry, RunView
 
 Floats = NDArray[np.float64]
 
+# The last of many swept values is drawn as faintly as this.
+FAINTEST = 0.4
+
 
 @dataclass(frozen=True)
 class Series:
-    """One line: its place gives the colour, its name the label and the swept values in words."""
+    """One line: the label gives the colour, the place among the label's variants shade and dash.
+
+    `name` is the label with the swept values in words.
+    """
 
     name: str
     entry: Entry
     columns: dict[str, NDArray[Any]]
+    variant: int = 0
+    variants: int = 1
+    conditions: tuple[str, ...] = ()
+    """Target and swept values of the scenario in words: what it shares with series of other labels."""
+
+    @property
+    def look(self) -> dict[str, Any]:
+        """Line of the series."""
+        return line_of_variant(self.entry, self.variant, self.variants)
 
     @property
     def time_s(self) -> Floats:
@@ -62,7 +77,12 @@ def series_of(view: RunView) -> list[Series]:
                 f", {name.rpartition('.')[2]} = {value}" for name, value in zip(keys, values, strict=True) if value
             )
             columns = {n: np.asarray(c)[rows] for n, c in table.columns.items() if isinstance(c, np.ndarray)}
-            out.append(Series(f"{entry.label}{words}", replace(entry, index=len(out)), columns))
+            shared = tuple(
+                f"{name} = {value}"
+                for name, value in zip(keys, values, strict=True)
+                if name == "target" or name.startswith("scenario.")
+            )
+            out.append(Series(f"{entry.label}{words}", entry, columns, code, len(codes), shared))
     return out
 
 
@@ -71,6 +91,17 @@ def _words(column: Column) -> list[str]:
     if isinstance(column, np.ndarray):
         return ["" if not np.isfinite(v) else f"{v:g}" for v in column]
     return [value or "" for value in column]
+
+
+def line_of_variant(entry: Entry, variant: int, variants: int) -> dict[str, Any]:
+    """Line of one of an entry's variants: its colour, fainter from the first to the last, each with another dash."""
+    opacity = 1 - (1 - FAINTEST) * variant / max(variants - 1, 1)
+    color = theme.series_color(entry.index)
+    return {
+        "color": color if variant == 0 else theme.faint(color, round(opacity, 2)),
+        "dash": theme.series_dash(entry.index + variant),
+        "width": 1.5,
+    }
 
 
 def line(
@@ -89,7 +120,7 @@ def line(
         entry=series.entry,
         name=name,
         mode="lines",
-        line=line_of(series.entry) | look,
+        line=series.look | look,
         hovertemplate=f"<b>{name}</b><br>{hover}<br>%{{x:.5~g}} s<extra></extra>",
     )
 
@@ -109,6 +140,7 @@ def band(series: Series, low: Floats, high: Floats, points: int = 400) -> list[T
             x,
             y.astype(np.float32),
             entry=series.entry,
+            name=f"{series.name}, 95 % interval",
             mode="lines",
             line={"width": 0},
             fill="toself",

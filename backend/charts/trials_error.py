@@ -41,7 +41,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         picked=picked,
         notes=notes,
         xaxis=time_axis(view.recording),
-        yaxis=log_axis("Horizontal error, m (rms)", [t for t in traces if t["meta"]["role"] == "series"]),
+        yaxis=log_axis("Horizontal error (rms), m", [t for t in traces if t["meta"]["role"] == "series"]),
         **leg_shapes(view.legs),
     )
 

@@ -21,7 +21,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         return not_applicable(TITLE, "nothing_lost")
     picked: list[Picked] = []
     traces: list[Trace] = [
-        line(series, series.name, series.numbers("lost_share"), options, picked, "%{y:.1%} lost") for series in found
+        line(series, series.name, 100 * series.numbers("lost_share"), options, picked, "%{y:.3~r} % lost")
+        for series in found
     ]
     trials = counted(min(s.trials for s in found), "trial")
     text = f"Of {trials}: an instant without an estimate after the track's start counts as lost."
@@ -32,7 +33,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         picked=picked,
         notes=[ChartNote("lost_rule", text)],
         xaxis=time_axis(view.recording),
-        yaxis=axis("Share of trials without an estimate", tickformat=".0%", rangemode="tozero"),
+        yaxis=axis("Trials without an estimate, %", rangemode="tozero"),
         **leg_shapes(view.legs),
     )
 

@@ -631,6 +631,7 @@ export default {
   "studies.no_runs": "Nobody has run it here yet.",
   "studies.from_run": "from the run of {time}, {n} trials",
   "chart.trials_error": "Horizontal error over trials",
+  "chart.trials_gain": "Gain over the first algorithm",
   "chart.trials_consistency": "Honesty over trials (NEES, NIS)",
   "chart.trials_lost": "Lost tracks over trials",
   "chart.trials_sweep": "Error against the swept value",

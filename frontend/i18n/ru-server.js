@@ -6,6 +6,7 @@ import answers from "./ru-answers.js";
 import asterix from "./ru-asterix.js";
 import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
+import * as studies from "./ru-studies.js";
 
 /** @type {Record<string, string>} */
 export const codes = {
@@ -241,6 +242,7 @@ export const codes = {
 /** @type {Record<string, string>} */
 export const words = {
   ...scenarios.words,
+  ...studies.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
   "squares of the state's units": "квадраты единиц состояния",
   "m": "м",
@@ -362,9 +364,13 @@ export const words = {
   "East, m": "Восток, м",
   "North, m": "Север, м",
   "Horizontal error, m": "Плановая ошибка, м",
-  "Horizontal error, m (rms)": "Плановая ошибка, м (СКО)",
-  "Share of trials without an estimate": "Доля реализаций без оценки",
-  "Per degree of freedom": "На степень свободы",
+  "Horizontal error (rms), m": "Плановая ошибка (СКО), м",
+  "Trials without an estimate, %": "Реализации без оценки, %",
+  "NIS and NEES per degree of freedom": "NIS и NEES на степень свободы",
+  "Gain": "Выигрыш",
+  "95 % interval": "95 % интервал",
+  "95 % band of NEES, low": "95 % полоса NEES, низ",
+  "95 % band of NEES, high": "95 % полоса NEES, верх",
   "NEES per degree of freedom": "NEES на степень свободы",
   "NIS per degree of freedom": "NIS на степень свободы",
   "Altitude, m": "Высота, м",
@@ -411,7 +417,7 @@ export const words = {
 };
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
-export const sentences = { ...answers, ...asterix, ...reading, ...scenarios.sentences };
+export const sentences = { ...answers, ...asterix, ...reading, ...scenarios.sentences, ...studies.sentences };
 
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */

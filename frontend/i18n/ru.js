@@ -632,6 +632,7 @@ export default {
   "studies.no_runs": "Здесь его ещё никто не проводил.",
   "studies.from_run": "по расчёту {time}, реализаций: {n}",
   "chart.trials_error": "Ошибка в плане по реализациям",
+  "chart.trials_gain": "Выигрыш относительно первого алгоритма",
   "chart.trials_consistency": "Честность по реализациям (NEES, NIS)",
   "chart.trials_lost": "Потерянные трассы по реализациям",
   "chart.trials_sweep": "Ошибка в зависимости от перебираемого значения",

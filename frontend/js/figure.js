@@ -111,7 +111,11 @@ function dressTrace(trace, { colours, dark, hidden }) {
 function traceName(trace) {
   const label = trace.meta?.label;
   if (!label) return said(trace.name);
-  return trace.name.startsWith(`${label}, `) ? `${label}, ${said(trace.name.slice(label.length + 2))}` : trace.name;
+  if (!trace.name.startsWith(`${label}, `)) return trace.name;
+  // Between the label and the words may stand swept values.
+  const at = trace.name.lastIndexOf(", ");
+  const whole = said(trace.name.slice(label.length + 2));
+  return whole === trace.name.slice(label.length + 2) ? `${trace.name.slice(0, at)}, ${said(trace.name.slice(at + 2))}` : `${label}, ${whole}`;
 }
 
 /** @param {string} colour */

@@ -22,7 +22,7 @@ from tests import chart_views
 
 ROLES = {"series", "truth", "station", "measurement", "bound", "interval", "rejected"}
 # Quantities without a unit; everything else says its unit after the last comma.
-UNITLESS = ("NIS", "Station")
+UNITLESS = ("NIS", "Station", "Gain")
 LONG_LABEL = "rdfv " + "x" * 115
 
 
@@ -50,7 +50,15 @@ RECORDINGS: dict[str, Callable[[], Recording]] = {
 VIEWS: dict[str, Callable[[Recording], RunView]] = {
     "complete": lambda r: chart_views.run(
         r,
-        *[{"states": chart_views.states(r), "errors": chart_views.errors(r), "receivers": chart_views.receivers()}] * 3,
+        *[
+            {
+                "states": chart_views.states(r),
+                "errors": chart_views.errors(r),
+                "receivers": chart_views.receivers(),
+                **chart_views.trial_tables(scale),
+            }
+            for scale in (2.0, 1.0, 1.0)
+        ],
     ),
     "long label": lambda r: chart_views.run(r, {"states": chart_views.states(r)}, labels=(LONG_LABEL,)),
     "all NaN": _all_nan,

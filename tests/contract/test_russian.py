@@ -12,8 +12,9 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import TypeAdapter, ValidationError
 
 from algorithms.multilateration import lanes
-from algorithms.registry import algorithms_by_name
+from algorithms.registry import algorithms_by_name, studies_by_name
 from algorithms.spec import Algorithm
+from algorithms.studies import Study
 from backend.charts.catalogue import charts
 from backend.http.problem_codes import PROBLEMS
 from backend.http.problems import items_of
@@ -54,6 +55,13 @@ def _texts_of(algorithm: Algorithm) -> list[str]:
 )
 def test_algorithms_and_their_parameters(algorithm: Algorithm, russian: dict[str, str]) -> None:
     assert [text for text in _texts_of(algorithm) if text not in russian] == []
+
+
+@pytest.mark.parametrize("study", studies_by_name().values(), ids=lambda s: s.name)
+def test_studies_and_what_they_claim(study: Study, russian: dict[str, str]) -> None:
+    texts = [study.title, study.summary, study.item]
+    texts += [text for claim in study.claims for text in (claim.claim, claim.paper)]
+    assert [text for text in map(_plain, texts) if text and text not in russian] == []
 
 
 def test_groups_of_parameters(russian: dict[str, str]) -> None:

@@ -1,0 +1,68 @@
+"""Charts over trials: whose colour a line has, what a gain is, and where a sweep has its ticks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from backend.charts import theme, trials_error, trials_gain, trials_sweep
+from backend.charts.view import ChartOptions, Entry, RunView
+from tests import chart_views
+
+RECORDING = chart_views.marks()
+
+
+def view(swept: str = "scenario.sigma_altitude_m") -> RunView:
+    return chart_views.run(RECORDING, chart_views.trial_tables(2.0, swept), chart_views.trial_tables(1.0, swept))
+
+
+def lines(drawn: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    return {t["name"]: t for t in drawn["data"] if t["meta"]["role"] == "series"}
+
+
+def test_a_label_keeps_its_colour_and_its_variants_differ() -> None:
+    found = lines(trials_error.draw(view(), ChartOptions()))
+    first, second = (found[f"b, sigma_altitude_m = {v}, actual"] for v in (10, 100))
+    assert {first["meta"]["index"], second["meta"]["index"]} == {1}, "the chip of the label hides both"
+    assert first["legendgroup"] == second["legendgroup"] == "b"
+    assert first["line"]["color"] == theme.series_color(1)
+    assert second["line"]["color"] == theme.faint(theme.series_color(1), 0.4)
+    assert first["line"]["dash"] != second["line"]["dash"]
+
+
+def test_the_gain_is_the_error_of_the_first_label_over_that_of_another_under_the_same_conditions() -> None:
+    drawn = trials_gain.draw(view(), ChartOptions())
+    found = lines(drawn)
+    assert set(found) == {"b, sigma_altitude_m = 10", "b, sigma_altitude_m = 100"}
+    for line in found.values():
+        np.testing.assert_allclose(np.asarray(line["y"], float)[1:], 2.0, rtol=1e-6)
+
+
+def test_a_sweep_of_the_first_label_itself_has_no_single_reference() -> None:
+    tables = chart_views.trial_tables(2.0, "a.sigma_altitude_m"), chart_views.trial_tables(1.0, "b.sigma_altitude_m")
+    drawn = trials_gain.draw(chart_views.run(RECORDING, *tables), ChartOptions())
+    assert drawn["layout"]["meta"]["not_applicable"] == "no_reference"
+
+
+def test_one_label_alone_has_no_gain() -> None:
+    drawn = trials_gain.draw(chart_views.run(RECORDING, chart_views.trial_tables()), ChartOptions())
+    assert drawn["layout"]["meta"]["not_applicable"] == "nothing_to_compare"
+
+
+def test_a_sweep_has_a_tick_at_every_value() -> None:
+    drawn = trials_sweep.draw(view(), ChartOptions())
+    axis = drawn["layout"]["xaxis"]
+    assert axis["type"] == "log"
+    assert axis["tickvals"].tolist() == [10.0, 100.0]
+    assert axis["ticktext"] == ["10", "100"]
+    assert lines(drawn)["b"]["line"]["color"] == theme.series_color(1)
+
+
+@pytest.mark.parametrize("chart", [trials_error, trials_gain, trials_sweep], ids=lambda c: c.CHART.name)
+def test_entries_keep_their_place_when_others_are_missing(chart: Any) -> None:
+    entries = view().entries
+    moved = tuple(Entry(e.label, e.index + 3, e.algorithm, e.table, e.arrays) for e in entries)
+    drawn = chart.draw(RunView(RECORDING, moved), ChartOptions())
+    assert {t["meta"]["index"] for t in drawn["data"] if t["meta"]["index"] is not None} <= {3, 4}
