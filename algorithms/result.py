@@ -101,7 +101,7 @@ class Table:
             column = arrays[f"{prefix}/{name}"]
             if form == "text":
                 categories = json.loads(bytes(arrays[f"{prefix}/{name}.categories"]).decode())
-                columns[name] = [categories[i] for i in column]
+                columns[name] = [categories[i] for i in column.tolist()]
             else:
                 columns[name] = column
         return cls(columns)

@@ -71,14 +71,6 @@ def _states(recording: ToaMarks, result: Result) -> Table:
     marks, trials = a["time_s"].shape
     sd = np.sqrt(np.stack([cov[:, i, i] for i in _POSITION], axis=1))
     time = np.where(np.isfinite(a["time_s"]), a["time_s"], recording.time_s[:, None])
-    names = recording.stations
-    used: list[str | None] = []
-    for trial in range(trials):
-        for k, receptions in enumerate(a["used"][:, :, trial]):
-            words = [names[s] for s in np.flatnonzero(receptions)]
-            if a["altitude_used"][k, trial]:
-                words.append("altitude")
-            used.append(" ".join(words) or None)
     columns: dict[str, Any] = {
         "trial": _trial_column(marks, trials),
         "track": _or_nan(_flat(a["track"])),
@@ -97,11 +89,24 @@ def _states(recording: ToaMarks, result: Result) -> Table:
     columns["nis"] = _flat(a["nis"])
     columns["dof"] = _flat(a["dof"])
     columns["status"] = _names(result, "status", lanes.STATUS)
-    columns["used"] = used
+    columns["used"] = _used(recording.stations, a["used"], a["altitude_used"])
     columns["row"] = np.tile(a["row"], trials)
     columns["target"] = _targets(recording, trials)
     columns["covariance_east_north_m2"] = _flat(cov[:, 0, 3])
     return Table(columns)
+
+
+def _used(stations: tuple[str, ...], receptions: NDArray[np.bool_], altitude: NDArray[np.bool_]) -> list[str | None]:
+    """What went into each row, as words; a recording has few different sets, so each is put in words once.
+
+    receptions: (mark, station, trial), altitude: (mark, trial).
+    """
+    rows = np.concatenate([receptions, altitude[:, None]], axis=1).transpose(2, 0, 1).reshape(-1, len(stations) + 1)
+    words = np.array((*stations, "altitude"), object)
+    packed = np.packbits(rows, axis=1)
+    _, first, which = np.unique(packed.view(f"V{packed.shape[1]}").ravel(), return_index=True, return_inverse=True)
+    texts = [" ".join(words[rows[i]]) or None for i in first]
+    return [texts[i] for i in which.tolist()]
 
 
 def position_errors(recording: ToaMarks, result: Result) -> NDArray[np.float64]:

@@ -91,6 +91,23 @@ def test_infinite_values_are_dropped_item_by_item() -> None:
     assert result.arrays["dof"][30, 0] == 2
 
 
+def test_what_a_row_used_is_told_in_words() -> None:
+    recording = straight(trials=2)
+    toa, altitude = recording.toa_s.copy(), recording.altitude_m.copy()
+    toa[30, 1, 1] = np.nan
+    altitude[31, 0] = np.nan
+    toa[32, :, 0] = np.nan
+    altitude[32, 0] = np.nan
+    recording = replace(recording, toa_s=toa, altitude_m=altitude)
+    words = rdfv.ALGORITHM.tabulate(recording, filtered(recording))["states"].columns["used"]
+    every = " ".join(recording.stations)
+    assert words[30] == f"{every} altitude", "rows go trial by trial"
+    assert words[31] == every
+    assert words[32] is None
+    names = [name for i, name in enumerate(recording.stations) if i != 1]
+    assert words[60 + 30] == " ".join([*names, "altitude"])
+
+
 def test_impossible_spread_rejects_the_mark() -> None:
     recording = straight()
     toa = recording.toa_s[30, :, 0].copy()
