@@ -52,12 +52,14 @@ def compose(plan: TrialsPlan, blocks: Mapping[int, Arrays], study: str | None = 
     metrics = measured(plan, statistics, quantiles=True)
     tables = [*kept, *small_tables(plan, statistics, metrics)]
     if study is not None:
-        curves = {label: Table.from_arrays(arrays, f"tables/curves/{label}") for label in labels}
+        # An algorithm that gives one answer for each trial has no instants, and no curves over them.
+        drawn = [label for label in labels if counts["curves"][label]]
+        curves = {label: Table.from_arrays(arrays, f"tables/curves/{label}") for label in drawn}
         tables.append(_claims(study, tables, results.joined(curves)))
     entries = [
         {
             **entry,
-            "tables": {**entry["tables"], "curves": counts["curves"][entry["label"]]},
+            "tables": {**entry["tables"], **({"curves": count} if (count := counts["curves"][entry["label"]]) else {})},
             "seconds": _seconds(plan, blocks, entry["label"]),
             "variants": len(examples[entry["label"]][1]),
             "settings": _settings(examples[entry["label"]]),
