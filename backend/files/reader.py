@@ -112,4 +112,5 @@ def readers_by_name() -> dict[str, Reader]:
             if declared.name in out:
                 raise RuntimeError(f"two readers are called {declared.name!r}; the second is in {found.name}")
             out[declared.name] = declared
-    return out
+    # Lines without names are looked for first: to the readers of tables their first one looks like a line of names.
+    return dict(sorted(out.items(), key=lambda item: bool(item[1].kinds)))

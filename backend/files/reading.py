@@ -104,7 +104,8 @@ def _read_one(file: NamedFile, options: ReadOptions, limits: ReadLimits, origin:
     findings = Findings(file.label)
     source = Source(inspect(file, limits, findings), options, limits, findings, origin)
     reader = _reader_for(source)
-    if options.kind is not None and options.kind not in reader.kinds:
+    # A format that holds no measurements at all says so itself.
+    if options.kind is not None and reader.kinds and options.kind not in reader.kinds:
         raise InputError(
             f"The format {reader.name} holds {' or '.join(reader.kinds)}, not {options.kind}.",
             pointer="/options/kind",
