@@ -18,10 +18,12 @@ from algorithms.recording import Recording
 from algorithms.result import Table
 from algorithms.site import Origin
 from backend.api import uploads
+from backend.api.charts import TargetQuery
 from backend.api.measurements import of_run
 from backend.api.responses import Responses, content, problems
 from backend.api.services import Services, ServicesDep
-from backend.api.tables import finished
+from backend.api.tables import finished, rows_of_table
+from backend.api.targets import check_target
 from backend.db import runs as stored
 from backend.http.etag import etag_of, matches, not_modified
 from backend.version import program_version
@@ -54,20 +56,18 @@ _TRACKS: Responses = problems(404, 409)
     responses=content(PARQUET, "The table as Parquet, null where something does not apply", BYTES) | problems(404, 409),
 )
 def get_table_parquet(
-    run_id: str, table: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+    run_id: str, table: str, request: Request, services: ServicesDep, query: Annotated[TargetQuery, Query()]
 ) -> Response:
-    """Give a whole table as Parquet."""
-    from backend.jobs.results import load_table
-
+    """Give a table, or its rows of one target, as Parquet."""
     run = finished(services, run_id)
-    found = load_table(services.database, services.store, run, table)
+    found = rows_of_table(services, run, None, table, query.target)
 
     def write(path: Path) -> None:
         from backend.files.parquet_writer import write_parquet
 
         write_parquet(found, path, about={"run_id": run.id, "table": table, "filterroom": program_version()})
 
-    return sent(services, request, write, PARQUET, f"{table}-{run_id}.parquet", _version(run, table))
+    return sent(services, request, write, PARQUET, f"{table}-{run_id}.parquet", _version(run, table, query.target))
 
 
 @router.get(
@@ -98,14 +98,12 @@ def get_result_matlab(
     responses=content(GEOJSON, "GeoJSON (RFC 7946): tracks, true paths, stations", {"type": "object"}) | _TRACKS,
 )
 def get_tracks_geojson(
-    run_id: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+    run_id: str, request: Request, services: ServicesDep, query: Annotated[TargetQuery, Query()]
 ) -> Response:
     """Give the tracks as GeoJSON; 422 where the recording's frame has no place on the globe."""
-    from backend.jobs.results import load_table
-
     run = finished(services, run_id)
-    known = _Located.of(services, run)
-    states = load_table(services.database, services.store, run, "states")
+    known = _Located.of(services, run, query.target)
+    states = rows_of_table(services, run, None, "states", query.target)
 
     def write(path: Path) -> None:
         from backend.files.geojson import write_geojson
@@ -113,7 +111,7 @@ def get_tracks_geojson(
         with path.open("w", encoding="utf-8") as out:
             write_geojson(known.tracks(states), known.places(), out, start_utc=known.recording.start_utc)
 
-    return sent(services, request, write, GEOJSON, f"tracks-{run_id}.geojson", _version(run))
+    return sent(services, request, write, GEOJSON, f"tracks-{run_id}.geojson", _version(run, query.target))
 
 
 @router.get(
@@ -123,14 +121,12 @@ def get_tracks_geojson(
     responses=content(KML, "KML with gx:Track, to be played in time") | _TRACKS,
 )
 def get_tracks_kml(
-    run_id: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+    run_id: str, request: Request, services: ServicesDep, query: Annotated[TargetQuery, Query()]
 ) -> Response:
     """Give the tracks as KML; 422 where the recording's frame has no place on the globe."""
-    from backend.jobs.results import load_table
-
     run = finished(services, run_id)
-    known = _Located.of(services, run)
-    states = load_table(services.database, services.store, run, "states")
+    known = _Located.of(services, run, query.target)
+    states = rows_of_table(services, run, None, "states", query.target)
 
     def write(path: Path) -> None:
         from backend.files.kml import write_kml
@@ -145,7 +141,7 @@ def get_tracks_kml(
                 start_utc=known.recording.start_utc,
             )
 
-    return sent(services, request, write, KML, f"tracks-{run_id}.kml", _version(run, run.label))
+    return sent(services, request, write, KML, f"tracks-{run_id}.kml", _version(run, run.label, query.target))
 
 
 class _Located:
@@ -157,9 +153,12 @@ class _Located:
         self.origin = origin
 
     @classmethod
-    def of(cls, services: Services, run: stored.Run) -> _Located:
-        """Load it; raises InputError where the origin is not known."""
+    def of(cls, services: Services, run: stored.Run, target: str) -> _Located:
+        """Load it, or this target of it; raises InputError where the origin is not known."""
+        from backend.charts.target import recording_of
+
         measured = of_run(services, run)
+        check_target([measured], target)
         recording = measured.load()
         origin = recording.site.frame_origin() if recording.site is not None else None
         if origin is None and measured.recording_id is not None:
@@ -172,7 +171,7 @@ class _Located:
                 remedy="Give the site an origin, or read the recording again with the option origin.",
                 code="origin_missing",
             )
-        return cls(measured.name, recording, origin)
+        return cls(measured.name, recording_of(recording, target) if target else recording, origin)
 
     def tracks(self, states: Table) -> Iterator[GeoTrack]:
         """Yield true paths, then estimated tracks."""

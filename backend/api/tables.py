@@ -142,7 +142,7 @@ def get_table_json(
     """Give a table, or some rows of it, as JSON: names of columns, and rows."""
     run, partial = answering(services, run_id)
     etag = _etag(run, partial, table, "json", query)
-    found = _load(services, run, partial, table, query.target)
+    found = rows_of_table(services, run, partial, table, query.target)
     if matches(request, etag):
         return not_modified(etag)
     return StreamingResponse(_json(found, *_range(found, query)), media_type="application/json", headers=_headers(etag))
@@ -160,7 +160,7 @@ def get_table_csv(
     """Give a table, or some rows of it, as CSV."""
     run, partial = answering(services, run_id)
     etag = _etag(run, partial, table, "csv", query)
-    found = _load(services, run, partial, table, query.target)
+    found = rows_of_table(services, run, partial, table, query.target)
     if matches(request, etag):
         return not_modified(etag)
     headers = _headers(etag) | {"Content-Disposition": f'attachment; filename="{table}-{run_id}.csv"'}
@@ -193,7 +193,8 @@ def get_result(run_id: str, request: Request, services: ServicesDep) -> Response
     )
 
 
-def _load(services: Services, run: stored.Run, partial: PartialRun | None, name: str, target: str) -> Table:
+def rows_of_table(services: Services, run: stored.Run, partial: PartialRun | None, name: str, target: str) -> Table:
+    """Return a table of a run, or its rows of one target; the empty name means all."""
     from backend.charts.target import table_of
     from backend.jobs.results import load_table
 

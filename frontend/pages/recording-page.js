@@ -19,6 +19,9 @@ import { showTargetOf, targetPicker } from "../components/target-picker.js";
 import { toast } from "../components/toast-area.js";
 import "../components/recording-upload.js";
 
+/** What a recording is given as; each reads back as the same rows. */
+const FORMS = ["csv", "parquet", "mat", "npz"];
+
 /** @import { ChartItem, Recording, Target } from "../types.d.ts" */
 /** @import { Route } from "../js/router.js" */
 /** @import { ChartPanel } from "../components/chart-panel.js" */
@@ -97,7 +100,7 @@ class RecordingPage extends HTMLElement {
         h("h1", { class: "break" }, recording.name), stateBadge(recording.state),
         h("div", { class: "actions" },
           ready ? h("a", { class: "button primary", href: routeTo(["new"], { recording: recording.id }) }, t("recordings.new_run")) : null,
-          ready ? h("a", { class: "button", href: apiUrl(`recordings/${recording.id}/data.csv`), download: "" }, "data.csv") : null,
+          ...(ready ? FORMS.map((form) => h("a", { class: "button", href: apiUrl(`recordings/${recording.id}/data.${form}`), download: "" }, `data.${form}`)) : []),
           h("button", { type: "button", class: "danger", onclick: () => this.delete(recording) }, t("action.delete")))),
       h("div", { class: "stack" },
         recording.state === "failed" ? failed(recording.error ?? { code: "unreadable" }) : null,

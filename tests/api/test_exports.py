@@ -110,6 +110,24 @@ def test_geojson_keeps_to_its_standard(
             np.testing.assert_allclose(times, expected[:, 0], atol=1e-6)
 
 
+def test_one_target_alone_is_exported(
+    api: httpx2.Client, results: str, run: dict[str, Any], states: list[dict[str, Any]]
+) -> None:
+    names = {row["target"] for row in states}
+    assert len(names) == 2
+    chosen = min(names)
+    table = pq.read_table(io.BytesIO(api.get(f"{results}/tables/states.parquet?target={chosen}").content))
+    assert table.to_pylist() == [row for row in states if row["target"] == chosen]
+    tracks = api.get(f"{results}/tracks.geojson?target={chosen}").json()["features"]
+    assert {f["properties"]["target"] for f in tracks if f["properties"]["role"] != "station"} == {chosen}
+    assert {f["properties"]["role"] for f in tracks} >= {"truth", "estimate"}
+    globe, whole = (api.get(f"{results}/tracks.kml{query}").content for query in (f"?target={chosen}", ""))
+    assert 0 < globe.count(b"<gx:Track>") < whole.count(b"<gx:Track>")
+    for name in ("tables/states.parquet", "tracks.geojson", "tracks.kml"):
+        problem(api.get(f"{results}/{name}?target=nobody"), 422, "unknown_target")
+    problem(api.get(f"{results}/tables/receivers.parquet?target={chosen}"), 422, "table_without_targets")
+
+
 def test_kml_can_be_played(
     api: httpx2.Client, results: str, states: list[dict[str, Any]], site: dict[str, Any]
 ) -> None:

@@ -67,7 +67,7 @@ def test_stored_bytes_with_other_options(api: httpx2.Client, recording: dict[str
 
 
 def test_what_cannot_be_looked_into(api: httpx2.Client) -> None:
-    problem(look(api, b"PK\x03\x04" + bytes(50)), 422, "unsupported_format", "/file")
+    problem(look(api, b"PK\x03\x04" + bytes(50)), 422, "damaged_archive", "/file")
     problem(look(api, FOREIGN, mapping=3), 422, "validation", "/options/mapping")
     problem(api.post("/api/v1/recordings/preview", files=[("sight", b"x")]), 422, "validation", "/file")
     problem(api.post("/api/v1/recordings/preview", content=b"x"), 415, "unsupported_media_type")
