@@ -14,7 +14,7 @@ from backend.files.report import some
 from backend.files.rows import Chunk, Rows, require_column
 from backend.files.units import UNITS, Unit, unit_for
 
-TIME_WORDS = ("date", "epoch", "epoch_s", "epoch_ms", "epoch_us", "epoch_ns")
+TIME_WORDS = ("date", "epoch", "epoch_s", "epoch_ms", "epoch_us", "epoch_ns", "datenum")
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,9 @@ from backend.files.report import Findings
 EPOCH_FIRST_S, EPOCH_LAST_S = 631_152_000, 4_102_444_800
 # About three centuries; a larger relative time is no time of a recording.
 _LARGEST_S = 1e10
+# MATLAB's datenum of the Unix epoch, days from the year 0.
+_DATENUM_EPOCH = 719_529.0
+_DAY_S = 86_400.0
 _EPOCH_SCALES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 
@@ -41,9 +44,11 @@ def resolve_times(raw: Floats, unit: str | None, findings: Findings) -> Times:
     Parameters
     ----------
     raw : (M,) float, finite
-    unit : a unit of time, `date` (already seconds of the epoch), `epoch`, `epoch_ms`, ..., or None: seconds, unless
-        the values can only be times of the epoch.
+    unit : a unit of time, `date` (already seconds of the epoch), `epoch`, `epoch_ms`, ..., `datenum`, or None: seconds,
+        unless the values can only be times of the epoch.
     """
+    if unit == "datenum":
+        raw, unit = (raw - _DATENUM_EPOCH) * _DAY_S, "epoch"
     median = float(np.median(raw)) if raw.size else 0.0
     scale, is_epoch = 1.0, False
     if unit == "date" or (unit or "").startswith("epoch"):

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from datetime import date
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -31,6 +33,17 @@ def test_dates(read, zone):
     assert recording.start_utc == "2021-05-05T09:06:46Z"
     np.testing.assert_allclose(recording.time_s, [0.25, 2.5], atol=3e-7)
     assert [(r.row, r.code) for r in report.rejections] == [(3, "not_a_date")]
+
+
+def test_days_of_matlab(read):
+    """MATLAB counts days from the year 0, Python's ordinal from the year 1, which is 366 days later."""
+    day = date(2021, 5, 5).toordinal() + 366
+    rows = "".join(f"{day + seconds / 86_400!r};5\n" for seconds in (32_806.25, 32_808.5))
+    mapping = {"time_s": {"column": "when", "unit": "datenum"}, "toa_A_ns": "A"}
+    recording, report = read("when;A\n" + rows, kind="toa_marks", mapping=mapping)
+    assert recording.start_utc == "2021-05-05T09:06:46Z"
+    np.testing.assert_allclose(recording.time_s, [0.25, 2.5], atol=1e-5)
+    assert report.rejections == ()
 
 
 def test_start_utc_of_the_user(read):
