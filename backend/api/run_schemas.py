@@ -270,7 +270,7 @@ class RunQuery(PageQuery):
     recording: Id | None = None
     """Only runs on this recording."""
     text: Annotated[str, Field(max_length=200)] = ""
-    """Words; each must be part of a label, of the name of an algorithm or of the recording, or of a tag."""
+    """Words; each must be part of a label, a tag, or the name of an algorithm, a recording, a scenario or a study."""
     created_after: AwareDatetime | None = None
     created_before: AwareDatetime | None = None
     order: Literal["-created_at", "created_at"] = "-created_at"

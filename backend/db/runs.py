@@ -82,7 +82,7 @@ class Run:
 class RunFilter:
     """What a list of runs is narrowed to; None or empty means any.
 
-    Every word of `text` must stand in a label, a name of an algorithm or of the recording, or a tag.
+    Every word of `text` must stand in a label, a tag, or a name: of an algorithm, the recording, scenario or study.
     """
 
     state: tuple[RunState, ...] = ()
@@ -322,6 +322,7 @@ _LISTED = [null().label("entries") if c.name == "entries" else c for c in _COLUM
 
 def _search_text(label: str, tags: Sequence[str], algorithms: Sequence[Entry], source: Mapping[str, Any]) -> str:
     origin = [str(source.get(name) or "") for name in ("name", "study")]
+    origin.append(str(source.get("scenario", {}).get("preset", "")))
     words = [label, *tags, *(e.label for e in algorithms), *(e.name for e in algorithms), *origin]
     return "\n".join(dict.fromkeys(words)).casefold()
 

@@ -13,7 +13,7 @@ import { dataTable } from "./data-table.js";
 import { emptyState, failed, loading } from "./states.js";
 import { copyText } from "./toast-area.js";
 
-/** @import { ChartItem, Recording, Run } from "../types.d.ts" */
+/** @import { ChartItem, Recording, Run, Scenario } from "../types.d.ts" */
 /** @import { CursorBus } from "../js/cursor.js" */
 /** @import { Row } from "../js/tables.js" */
 /** @import { Column, DataTable } from "./data-table.js" */
@@ -285,7 +285,16 @@ export function logTab(run) {
   return box;
 }
 
-/** Whether the local frame of a recording has an origin. @param {Recording} recording */
+/** Where the stations of a run stand: as its recording says, or its scenario. @param {Run} run @returns {Promise<Pick<Recording, "site" | "options">>} */
+async function frameOf(run) {
+  if (run.source.recording_id) return get(`recordings/${run.source.recording_id}`);
+  const { preset, parameters = {} } = /** @type {{preset: string, parameters?: Record<string, any>}} */ (run.source.scenario);
+  const { properties } = /** @type {Scenario} */ (await get(`scenarios/${preset}`)).parameters_schema;
+  const given = (/** @type {string} */ name) => parameters[name] ?? properties?.[name]?.default;
+  return { site: /** @type {any} */ ({ origin: given("origin"), stations: given("stations") }), options: {} };
+}
+
+/** Whether a local frame has an origin. @param {Pick<Recording, "site" | "options">} frame */
 function isOnTheGlobe({ site, options }) {
   const places = [site?.stations, site?.radars, site?.transmitters, site?.receivers].flatMap((one) => one ?? []);
   return Boolean(site?.origin ?? options?.origin) || places.some((place) => place.latitude_deg != null);
@@ -301,11 +310,11 @@ export function exportTab(run, charts, tables, target) {
   const links = (/** @type {string} */ path, /** @type {string[]} */ suffixes, only = target) => suffixes.map((suffix) => h("a", { href: apiUrl(`runs/${run.id}/${path}.${suffix}`, { target: only }), download: "" }, suffix.toUpperCase()));
   const file = (/** @type {string} */ name) => h("a", { href: apiUrl(`runs/${run.id}/${name}`), download: "" }, name);
   // A frame without a place on the globe has no tracks there; its file would only say so.
-  const tracksOf = (/** @type {string} */ recordingId) => {
+  const tracksOf = () => {
     const place = h("dd", { class: "row" }, t("state.loading"));
-    get(`recordings/${recordingId}`).then(
-      (recording) => put(place, isOnTheGlobe(recording) ? [file("tracks.geojson"), file("tracks.kml")] : h("span", { class: "muted" }, t("export.no_origin"))),
-      () => put(place, [file("tracks.geojson"), file("tracks.kml")]));
+    frameOf(run).then(
+      (frame) => put(place, isOnTheGlobe(frame) ? links("tracks", ["geojson", "kml"]) : h("span", { class: "muted" }, t("export.no_origin"))),
+      () => put(place, links("tracks", ["geojson", "kml"])));
     return place;
   };
   const snippet = (/** @type {string} */ title, /** @type {string} */ text) => h("div", { class: "stack tight" },
@@ -316,14 +325,13 @@ export function exportTab(run, charts, tables, target) {
       target ? h("p", { class: "small muted" }, t("export.of_target", { name: target })) : null,
       h("h3", null, t("export.tables")),
       h("dl", { class: "pairs" }, tables.flatMap((name) => [h("dt", null, h("code", null, name)), h("dd", { class: "row" },
-        links(`tables/${name}`, ["csv", "json"], WHOLE.has(name) ? "" : target), target ? null : links(`tables/${name}`, ["parquet"]))])),
+        links(`tables/${name}`, ["csv", "json", "parquet"], WHOLE.has(name) ? "" : target))])),
       h("h3", null, t("export.charts")),
       h("dl", { class: "pairs" }, charts.flatMap((chart) => [h("dt", null, told(`chart.${chart.name}`, chart.title)), h("dd", { class: "row" }, links(`charts/${chart.name}`, ["csv", "json", "html"]))])),
       h("h3", null, t("export.whole")),
       h("dl", { class: "pairs" },
-        run.source.recording_id ? [
-          h("dt", null, t("export.report")), h("dd", { class: "row" }, file("report.html")),
-          h("dt", null, t("export.tracks")), tracksOf(run.source.recording_id)] : null,
+        h("dt", null, t("export.report")), h("dd", { class: "row" }, file("report.html")),
+        h("dt", null, t("export.tracks")), tracksOf(),
         h("dt", null, t("export.arrays")), h("dd", { class: "row" }, file("result.npz"), file("result.mat")))),
     h("div", { class: "stack" }, snippet("curl", curlSnippet(base, requestOf(run))), snippet("Python", pythonSnippet(base, requestOf(run)))));
 }

@@ -56,6 +56,8 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
       ...note,
       text: said(note.text ?? ""),
       font: { ...note.font, color: colours.muted },
+      // Names of intervals side by side have room only upright.
+      ...(narrow && note.xref === "x" && note.yref === "paper" && note.y === 1 ? { textangle: -90, xanchor: "center" } : {}),
       ...(note.arrowcolor ? { arrowcolor: colours.muted } : {}),
     }));
   }

@@ -19,6 +19,7 @@ import { confirmDeletion } from "../components/confirm-dialog.js";
 import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTab, tracksTab } from "../components/run-tabs.js";
 import { editButton, tagLinks } from "../components/run-name-form.js";
 import { runVerdict } from "../components/run-verdict.js";
+import { trialsVerdict } from "../components/trials-verdict.js";
 import { claimsTab, comparisonsTab, consistencyTab, trialMetricsTab } from "../components/trial-tabs.js";
 import { emptyState, failed, gone, loading, stateBadge, wordsOf } from "../components/states.js";
 import { showTargetOf, targetPicker } from "../components/target-picker.js";
@@ -188,7 +189,7 @@ class RunPage extends HTMLElement {
     if (!this.panels.length) {
       // Nothing is finished yet: the next news brings it.
       const found = await get(`runs/${run.id}/charts`, { signal: this.stop?.signal }).catch(() => null);
-      if (!found || this.panels.length || this.run?.state !== "running") return;
+      if (!found?.items.length || this.panels.length || this.run?.state !== "running") return;
       this.panels = found.items.map((/** @type {ChartItem} */ chart) => chartPanel({
         source: `runs/${run.id}/charts/${chart.name}`, query: {}, heading: told(`chart.${chart.name}`, chart.title), bus: this.bus, hidden: new Set(), class: "rest", onpick: null,
       }));
@@ -209,7 +210,7 @@ class RunPage extends HTMLElement {
       /** @type {Promise<{items: {name: string, rows?: number}[]}>} */ (get(`runs/${run.id}/tables`, { signal })),
       // Only the origin is wanted of the recording; one that was deleted takes nothing else away.
       recording ? get(`recordings/${recording}`, { signal }).then((/** @type {Recording} */ one) => one.site, () => null) : null,
-      recording ? get(`recordings/${recording}/targets`, { signal }).then((/** @type {{items: Target[]}} */ list) => list.items, () => []) : [],
+      recording ? get(`recordings/${recording}/targets`, { signal }).then((/** @type {{items: Target[]}} */ list) => list.items, () => []) : simulatedTargets(run),
     ]);
     const labels = run.algorithms.map((entry) => entry.label ?? entry.name);
     const hidden = new Set(this.route.query.getAll("hide"));
@@ -223,7 +224,7 @@ class RunPage extends HTMLElement {
     this.picker = picker;
     const panel = (/** @type {ChartItem} */ chart, /** @type {string} */ place) => chartPanel({
       source: `runs/${run.id}/charts/${chart.name}`, query: { target: this.target }, heading: told(`chart.${chart.name}`, chart.title), bus: this.bus, hidden, class: place,
-      onpick: targets.length > 1 ? (mark) => this.pick(mark) : null,
+      onpick: recording && targets.length > 1 ? (mark) => this.pick(mark) : null,
     });
     const byName = new Map(charts.items.map((chart) => [chart.name, chart]));
     const first = FIRST.flatMap((name) => byName.get(name) ?? [])[0] ?? charts.items[0];
@@ -238,14 +239,14 @@ class RunPage extends HTMLElement {
     if (plan) plan.foot = [timePlayer(plan, this.bus), planTools(plan, site?.origin)];
     this.makeTabs = () => this.resultTabs(run, charts.items, tables.items, targets.length > 1);
     const example = run.source.scenario ? h("p", { class: "small muted" }, t("trials.example")) : null;
-    this.verdict = h("div", null, runVerdict(this.target ? null : run.summary), example);
+    this.verdict = h("div", null, run.source.scenario ? h("p", { class: "verdict" }, t("state.loading")) : runVerdict(this.target ? null : run.summary));
     this.below = h("div", null, this.makeTabs());
     put(body,
       h("div", { class: "run-legend" }, chips, picker, h("span", { class: "small muted" }, t("run.legend_more"))),
-      this.verdict,
+      this.verdict, example,
       h("div", { class: "run-charts" }, this.panels),
       this.below);
-    if (this.target) this.judge(run);
+    if (this.target || run.source.scenario) this.judge(run);
   }
 
   /** Everything on the page is about another target now. */
@@ -265,6 +266,13 @@ class RunPage extends HTMLElement {
     const { target, verdict } = this;
     if (!verdict) return;
     verdict.classList.toggle("stale", Boolean(target));
+    if (run.source.scenario) {
+      const words = await trialsVerdict(run, target).catch(() => runVerdict(null, target));
+      if (this.target !== target) return;
+      put(verdict, words);
+      verdict.classList.remove("stale");
+      return;
+    }
     const summary = target ? await targetSummary(run, target).catch(() => null) : run.summary;
     // Meanwhile another target may have been chosen.
     if (this.target !== target) return;
@@ -341,6 +349,12 @@ class RunPage extends HTMLElement {
 function scenarioRoute(run) {
   const { preset, parameters } = /** @type {{preset: string, parameters?: Record<string, unknown>}} */ (run.source.scenario);
   return routeTo(["scenarios"], { preset, parameters: parameters && Object.keys(parameters).length ? JSON.stringify(parameters) : null, seed: run.seed ? String(run.seed) : null });
+}
+
+/** Targets of a scenario, as its metrics name them. @param {Run} run @returns {Promise<Target[]>} */
+async function simulatedTargets(run) {
+  const { rows } = await loadTable(run.id, "metrics").catch(() => ({ rows: [] }));
+  return [...new Set(rows.map((row) => String(row.target ?? "")).filter(Boolean))].map((name) => /** @type {Target} */ ({ name }));
 }
 
 /** The metrics of one target as the summary of a run. @param {Run} run @param {string} target */

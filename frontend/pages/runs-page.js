@@ -3,7 +3,7 @@
 
 import { define, h, put } from "../js/dom.js";
 import { get, listAll, remove } from "../js/api.js";
-import { formatInstant, t, told } from "../js/i18n.js";
+import { formatInstant, said, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatBytes, formatDuration, formatQuantity } from "../js/numbers.js";
 import { icon } from "../js/icons.js";
@@ -264,7 +264,8 @@ class RunsPage extends HTMLElement {
     const recording = run.label && run.source.name !== run.label ? run.source.name : null;
     return h("div", { class: "run-name", data: { run: run.id } },
       h("a", { href: routeTo(["runs", run.id]), class: "break", data: { rowLink: "" } }, titleOf(run)),
-      recording ? h("span", { class: "small muted break" }, recording) : null, tagLinks(run));
+      recording || run.source.scenario ? h("span", { class: "small muted break" },
+        [recording ? said(recording) : "", run.source.scenario ? t("trials.of", { n: run.trials ?? 1 }) : ""].filter(Boolean).join(" · ")) : null, tagLinks(run));
   }
 
   /** @param {Run} run */

@@ -1,0 +1,75 @@
+// @ts-check
+// The verdict of a Monte Carlo run in words.
+
+import { h, put } from "../js/dom.js";
+import { t } from "../js/i18n.js";
+import { formatCount, formatNumber, formatQuantity } from "../js/numbers.js";
+import { loadTable } from "../js/tables.js";
+import { joined, trialVerdict } from "../js/trial-verdict.js";
+
+/** @import { Run } from "../types.d.ts" */
+/** @import { Amount, Leg, TrialSentence } from "../js/trial-verdict.js" */
+
+/**
+ * @param {Run} run
+ * @param {string} target the one that it is about; empty = all
+ */
+export async function trialsVerdict(run, target) {
+  const box = h("p", { class: "verdict", data: { kind: "trials" } });
+  const [metrics, comparisons] = await Promise.all(["metrics", "comparisons"].map((name) => loadTable(run.id, name, target)));
+  const found = trialVerdict({ metrics: metrics?.rows ?? [], comparisons: comparisons?.rows ?? [], labels: run.algorithms.map((entry) => entry.label ?? entry.name), target });
+  const trials = formatCount(run.trials);
+  box.dataset.kind = found[0]?.kind ?? "nothing";
+  put(box, target ? h("span", { class: "muted" }, t("verdict.of_target", { name: target }), " ") : null,
+    found.map((one, i) => h("span", { class: i ? "muted" : null }, i ? " " : "", sentence(one, trials))));
+  return box;
+}
+
+/** @param {Amount} one @param {(value: number) => string} words */
+function amount(one, words) {
+  return one.low === null || one.high === null ? words(one.value) : `${words(one.value)} (${formatNumber(one.low)}…${formatNumber(one.high)})`;
+}
+
+const metres = (/** @type {number} */ value) => formatQuantity(value, "m");
+
+/** @param {TrialSentence} one @param {string} trials @returns {string} */
+function sentence(one, trials) {
+  switch (one.kind) {
+    case "no_truth":
+      return t("verdict.nothing");
+    case "alone":
+      return one.at[0] === one.at[1] ? t("verdict.alone", { label: one.label, value: amount(one.from, metres) })
+        : t("trials.verdict_range", { label: one.label, from: amount(one.from, metres), at_from: one.at[0], to: amount(one.to, metres), at_to: one.at[1] });
+    case "best":
+      return t("trials.verdict_best", { label: one.label, next: one.next, trials, value: one.value ? amount(one.value, metres) : "–", ratio: amount(one.ratio, formatNumber) });
+    case "no_difference":
+      return t("trials.verdict_even", { label: one.label, next: one.next, trials, ratio: amount(one.ratio, formatNumber) });
+    case "everywhere":
+      return t("trials.verdict_everywhere", { label: one.label, next: one.next, from: formatNumber(one.from), to: formatNumber(one.to) });
+    case "somewhere": {
+      return t("trials.verdict_somewhere", { label: one.label, next: one.next }) + [
+        one.better.length ? ` ${t("trials.verdict_at_better", { at: joined(one.better) })}` : "",
+        one.even.length ? ` ${t("trials.verdict_at_even", { at: joined(one.even), trials })}` : "",
+        one.worse.length ? ` ${t("trials.verdict_at_worse", { at: joined(one.worse) })}` : "",
+      ].join("");
+    }
+    case "setting":
+      return one.even.length ? t("trials.verdict_setting_even", { at: one.at, even: joined(one.even), trials }) : t("trials.verdict_setting", { at: one.at });
+    case "honesty":
+      return honestyWords(one.label, one.legs) + (one.swept ? ` ${t("trials.farthest")}` : "");
+  }
+}
+
+/** @param {string} label @param {Leg[]} legs */
+function honestyWords(label, legs) {
+  const list = (/** @type {Leg["word"]} */ word) => legs.filter((leg) => leg.word === word).map((leg) => {
+    const ratio = formatNumber(word === "large" ? 1 / leg.ratio : leg.ratio, 2);
+    return leg.name ? `${leg.name} ${ratio}` : ratio;
+  }).join(", ");
+  const parts = [
+    list("honest") ? t("trials.honest", { legs: list("honest") }) : "",
+    list("small") ? t("trials.too_small", { legs: list("small") }) : "",
+    list("large") ? t("trials.too_large", { legs: list("large") }) : "",
+  ].filter(Boolean).join("; ");
+  return t("trials.honesty", { label, parts });
+}

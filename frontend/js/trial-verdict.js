@@ -1,0 +1,156 @@
+// @ts-check
+// The answer of a Monte Carlo run: who is more accurate on the same draws, over which swept values that holds, and
+// whether the best one's claims are honest. Made from the tables `comparisons` and `metrics`, no stronger than they are.
+
+/** @import { Row } from "./tables.js" */
+
+const METRIC = "rms_horizontal_m";
+// A claimed error within this factor of the actual one counts as honest.
+const HONEST = 1.25;
+
+/**
+ * @typedef {{value: number, low: number | null, high: number | null}} Amount
+ * @typedef {{kind: "no_truth"}
+ *   | {kind: "alone", label: string, from: Amount, to: Amount, at: [string, string]}
+ *   | {kind: "best", label: string, next: string, ratio: Amount, value: Amount | null}
+ *   | {kind: "no_difference", label: string, next: string, ratio: Amount}
+ *   | {kind: "everywhere", label: string, next: string, from: number, to: number}
+ *   | {kind: "somewhere", label: string, next: string, better: string[], even: string[], worse: string[]}
+ *   | {kind: "setting", label: string, at: string, even: string[], of: number}
+ *   | {kind: "honesty", label: string, legs: Leg[], swept: boolean}} TrialSentence
+ * @typedef {{name: string, ratio: number, word: "honest" | "small" | "large"}} Leg
+ */
+
+/** Which label the name of a series belongs to: `rdfv, sigma_altitude_m = 10`. @param {string} name @param {string[]} labels */
+export function ownerOf(name, labels) {
+  return labels.filter((label) => name === label || name.startsWith(`${label}, `)).sort((a, b) => b.length - a.length)[0] ?? name;
+}
+
+/** @param {Row} row @param {string[]} names swept ones */
+function wordsOf(row, names) {
+  return names.filter((name) => row[name] !== null && row[name] !== undefined).map((name) => `${name.slice(name.lastIndexOf(".") + 1)} = ${row[name]}`).join(", ");
+}
+
+/** @param {unknown} value */
+const number = (value) => (typeof value === "number" ? value : null);
+
+/**
+ * @param {{metrics: Row[], comparisons: Row[], labels: string[], target?: string}} found
+ * @returns {TrialSentence[]}
+ */
+export function trialVerdict({ metrics, comparisons, labels, target = "" }) {
+  const about = (/** @type {Row} */ row) => !row.segment && String(row.target ?? "") === target;
+  const errors = metrics.filter((row) => row.metric === METRIC && about(row) && number(row.value) !== null);
+  if (!errors.length) return [{ kind: "no_truth" }];
+  const pairs = comparisons.filter((row) => row.metric === METRIC && about(row) && number(row.ratio) !== null);
+  const across = pairs.filter((row) => ownerOf(String(row.label), labels) !== ownerOf(String(row.against), labels));
+  const { sentences, best } = across.length ? between(across, errors, labels) : within(pairs, errors, labels);
+  const honesty = honestyOf(metrics, best, target);
+  return honesty ? [...sentences, honesty] : sentences;
+}
+
+/** Rows of one pair seen from `label`: its error over that of the other one, and the other way round. @param {Row} row @param {string} label @param {string[]} labels */
+function seenFrom(row, label, labels) {
+  const own = ownerOf(String(row.label), labels) === label;
+  const [ratio, low, high] = [number(row.ratio), number(row.ratio_low), number(row.ratio_high)];
+  const verdict = String(row.verdict);
+  const inverse = (/** @type {number | null} */ value) => (value ? 1 / value : null);
+  return {
+    next: String(own ? row.against : row.label),
+    name: String(own ? row.label : row.against),
+    // How many times larger the error of the other one is.
+    times: own ? { value: inverse(ratio) ?? NaN, low: inverse(high), high: inverse(low) } : { value: ratio ?? NaN, low, high },
+    result: verdict === "no_difference" ? "even" : (verdict === "smaller") === own ? "better" : "worse",
+  };
+}
+
+/** Algorithm against algorithm. @param {Row[]} rows @param {Row[]} errors @param {string[]} labels */
+function between(rows, errors, labels) {
+  const known = labels.filter((label) => rows.some((row) => [row.label, row.against].some((name) => ownerOf(String(name), labels) === label)));
+  const of = (/** @type {string} */ label) => rows.filter((row) => [row.label, row.against].some((name) => ownerOf(String(name), labels) === label)).map((row) => ({ row, ...seenFrom(row, label, labels) }));
+  const score = (/** @type {string} */ label) => of(label).reduce((sum, one) => sum + (one.result === "better" ? 1 : one.result === "worse" ? -1 : 0) + (one.times.value > 1 ? 1e-3 : -1e-3), 0);
+  const best = known.map((label) => ({ label, score: score(label) })).sort((a, b) => b.score - a.score)[0]?.label ?? labels[0] ?? "";
+  /** @type {TrialSentence[]} */
+  const sentences = [];
+  const others = known.filter((label) => label !== best);
+  const seen = others.map((other) => ({ other, list: of(best).filter((one) => ownerOf(one.next, labels) === other) }))
+    .sort((a, b) => smallest(a.list) - smallest(b.list));
+  for (const { other, list } of seen) {
+    const [one, ...more] = list;
+    if (!one) continue;
+    if (!more.length) {
+      const row = errors.find((found) => found.label === best);
+      const value = row ? { value: Number(row.value), low: number(row.ci95_low), high: number(row.ci95_high) } : null;
+      sentences.push(one.result === "even" ? { kind: "no_difference", label: best, next: other, ratio: one.times } : { kind: "best", label: best, next: other, ratio: one.times, value });
+      continue;
+    }
+    const values = list.map((each) => each.times.value);
+    if (list.every((each) => each.result === "better")) sentences.push({ kind: "everywhere", label: best, next: other, from: Math.min(...values), to: Math.max(...values) });
+    else {
+      const names = (/** @type {string} */ result) => list.filter((each) => each.result === result).map((each) => conditionsOf(each.row, best, other, labels));
+      sentences.push({ kind: "somewhere", label: best, next: other, better: names("better"), even: names("even"), worse: names("worse") });
+    }
+  }
+  return { sentences, best };
+}
+
+/** @param {{times: Amount}[]} list */
+function smallest(list) {
+  return Math.min(...list.map((one) => one.times.value));
+}
+
+/** Under what two algorithms are compared in a row. @param {Row} row @param {string} best @param {string} other @param {string[]} labels */
+function conditionsOf(row, best, other, labels) {
+  const swept = wordsOf(row, Object.keys(row).filter((name) => name.startsWith("scenario.")));
+  const own = [row.label, row.against].map((name) => {
+    const owner = ownerOf(String(name), labels);
+    const words = String(name).slice(owner.length + 2);
+    return words && owner === other ? `${words} (${other})` : words && owner === best ? words : "";
+  });
+  return [swept, ...own].filter(Boolean).join(", ");
+}
+
+/** One algorithm alone: its settings against each other, or its error over the swept values. @param {Row[]} pairs @param {Row[]} errors @param {string[]} labels */
+function within(pairs, errors, labels) {
+  const label = labels[0] ?? "";
+  const swept = Object.keys(errors[0] ?? {}).filter((name) => name.includes("."));
+  const sorted = [...errors].sort((a, b) => Number(a.value) - Number(b.value));
+  const [first, last] = [sorted[0], sorted[sorted.length - 1]];
+  const amount = (/** @type {Row | undefined} */ row) => ({ value: Number(row?.value), low: number(row?.ci95_low), high: number(row?.ci95_high) });
+  /** @type {TrialSentence[]} */
+  const sentences = [{ kind: "alone", label, from: amount(first), to: amount(last), at: [wordsOf(first ?? {}, swept), wordsOf(last ?? {}, swept)] }];
+  const inScenario = swept.some((name) => name.startsWith("scenario."));
+  if (pairs.length && first && !inScenario) {
+    const at = wordsOf(first, swept);
+    const name = `${label}, ${at}`;
+    const own = pairs.filter((row) => row.label === name || row.against === name);
+    const even = own.filter((row) => row.verdict === "no_difference").map((row) => String(row.label === name ? row.against : row.label).slice(label.length + 2));
+    if (own.length) sentences.push({ kind: "setting", label, at, even, of: own.length });
+  }
+  return { sentences, best: label };
+}
+
+/** Actual over claimed error by leg; of several swept values the one farthest from 1. @param {Row[]} metrics @param {string} label @param {string} target @returns {TrialSentence | null} */
+function honestyOf(metrics, label, target) {
+  const rows = metrics.filter((row) => row.metric === "actual_over_claimed" && row.label === label && (number(row.value) ?? 0) > 0);
+  // Legs are of all targets together; of one target alone only the whole is known.
+  const legs = target ? [] : rows.filter((row) => row.segment && !row.target);
+  const used = legs.length ? legs : rows.filter((row) => !row.segment && String(row.target ?? "") === target);
+  /** @type {Map<string, number>} */
+  const worst = new Map();
+  for (const row of used) {
+    const [name, ratio] = [String(row.segment ?? ""), Number(row.value)];
+    const known = worst.get(name);
+    if (known === undefined || Math.abs(Math.log(ratio)) > Math.abs(Math.log(known))) worst.set(name, ratio);
+  }
+  if (!worst.size) return null;
+  const list = [...worst].map(([name, ratio]) => /** @type {Leg} */ ({ name, ratio, word: ratio > HONEST ? "small" : ratio < 1 / HONEST ? "large" : "honest" }));
+  return { kind: "honesty", label, legs: list, swept: used.length > worst.size };
+}
+
+/** Conditions as a list; where all are values of the same name it stands once. @param {string[]} list */
+export function joined(list) {
+  const parts = list.map((one) => /^([^,=]+) = ([^,]+)$/.exec(one));
+  const names = new Set(parts.map((part) => part?.[1]));
+  return list.length > 1 && names.size === 1 && parts[0] ? `${parts[0][1]} = ${parts.map((part) => part?.[2]).join(", ")}` : list.join("; ");
+}

@@ -1,0 +1,71 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+import { joined, ownerOf, trialVerdict } from "../../frontend/js/trial-verdict.js";
+
+const labels = ["rdf", "rdfv"];
+const metric = (label, value, more = {}) => ({ metric: "rms_horizontal_m", label, segment: "", target: "", value, ci95_low: 0.9 * value, ci95_high: 1.1 * value, ...more });
+const pair = (label, against, ratio, verdict, more = {}) => ({ metric: "rms_horizontal_m", label, against, segment: "", target: "", ratio, ratio_low: 0.9 * ratio, ratio_high: 1.1 * ratio, verdict, ...more });
+
+test("one cell: the paired ratio decides, not the intervals of each alone", () => {
+  const [found] = trialVerdict({ metrics: [metric("rdf", 105), metric("rdfv", 100)], comparisons: [pair("rdf", "rdfv", 1.05, "larger")], labels });
+  assert.equal(found.kind, "best");
+  assert.equal(found.label, "rdfv");
+  assert.equal(found.ratio.value, 1.05);
+  const [even] = trialVerdict({ metrics: [metric("rdf", 105), metric("rdfv", 100)], comparisons: [pair("rdf", "rdfv", 1.05, "no_difference")], labels });
+  assert.equal(even.kind, "no_difference");
+});
+
+test("seen from the other side ratio and bounds turn over", () => {
+  const [found] = trialVerdict({ metrics: [metric("rdf", 50), metric("rdfv", 100)], comparisons: [pair("rdf", "rdfv", 0.5, "smaller")], labels });
+  assert.equal(found.label, "rdf");
+  assert.equal(found.ratio.value, 2);
+  assert.ok(found.ratio.low < 2 && found.ratio.high > 2);
+});
+
+test("a swept scenario: variants of one algorithm are no rivals, and it is said where the order holds", () => {
+  const name = "scenario.sigma_altitude_m";
+  const metrics = [10, 3000].flatMap((v) => [metric("rdf", 105, { [name]: v }), metric("rdfv", 100, { [name]: v })]);
+  const everywhere = trialVerdict({ metrics, comparisons: [pair("rdf", "rdfv", 2, "larger", { [name]: 10 }), pair("rdf", "rdfv", 1.1, "larger", { [name]: 3000 })], labels })[0];
+  assert.deepEqual({ ...everywhere }, { kind: "everywhere", label: "rdfv", next: "rdf", from: 1.1, to: 2 });
+  const somewhere = trialVerdict({ metrics, comparisons: [pair("rdf", "rdfv", 2, "larger", { [name]: 10 }), pair("rdf", "rdfv", 1.01, "no_difference", { [name]: 3000 })], labels })[0];
+  assert.equal(somewhere.kind, "somewhere");
+  assert.deepEqual(somewhere.better, ["sigma_altitude_m = 10"]);
+  assert.deepEqual(somewhere.even, ["sigma_altitude_m = 3000"]);
+});
+
+test("a swept algorithm: its own variants are left out where there is another label", () => {
+  const names = [10, 100].map((v) => `rdfv, sigma_altitude_m = ${v}`);
+  const comparisons = [pair("rdf", names[0], 0.8, "smaller"), pair("rdf", names[1], 1.5, "larger"), pair(names[0], names[1], 1.9, "larger")];
+  const [found] = trialVerdict({ metrics: [metric("rdf", 105)], comparisons, labels });
+  assert.equal(found.kind, "somewhere");
+  assert.equal([...found.better, ...found.even, ...found.worse].length, 2);
+});
+
+test("one algorithm with swept settings: the best of them, and those as good", () => {
+  const names = [10, 100].map((v) => `rdfv, sigma_altitude_m = ${v}`);
+  const metrics = [10, 100].map((v) => metric("rdfv", 100 + v, { "rdfv.sigma_altitude_m": v }));
+  const found = trialVerdict({ metrics, comparisons: [pair(names[0], names[1], 0.9, "no_difference")], labels: ["rdfv"] });
+  assert.equal(found[0].kind, "alone");
+  assert.deepEqual(found[1], { kind: "setting", label: "rdfv", at: "sigma_altitude_m = 10", even: ["sigma_altitude_m = 100"], of: 1 });
+});
+
+test("honesty goes by leg, and the value farthest from 1 counts", () => {
+  const ratio = (segment, value) => ({ metric: "actual_over_claimed", label: "rdfv", segment, target: "", value });
+  const found = trialVerdict({ metrics: [metric("rdfv", 100), ratio("", 1.1), ratio("straight", 0.95), ratio("turn", 1.1), ratio("turn", 1.4), ratio("far", 0.5)], comparisons: [], labels: ["rdfv"] });
+  const honesty = found.find((one) => one.kind === "honesty");
+  assert.deepEqual(honesty.legs, [{ name: "straight", ratio: 0.95, word: "honest" }, { name: "turn", ratio: 1.4, word: "small" }, { name: "far", ratio: 0.5, word: "large" }]);
+});
+
+test("values of one name stand under it", () => {
+  assert.equal(joined(["a = 1", "a = 2"]), "a = 1, 2");
+  assert.equal(joined(["a = 1, b = 2", "a = 2, b = 2"]), "a = 1, b = 2; a = 2, b = 2");
+  assert.equal(joined(["a = 1", "b = 2"]), "a = 1; b = 2");
+  assert.equal(joined(["a = 1"]), "a = 1");
+});
+
+test("one target alone, no truth, and labels that begin alike", () => {
+  const metrics = [metric("rdf", 10, { target: "A" }), metric("rdfv", 20, { target: "A" })];
+  assert.equal(trialVerdict({ metrics, comparisons: [pair("rdf", "rdfv", 0.5, "smaller", { target: "A" })], labels, target: "A" })[0].label, "rdf");
+  assert.equal(trialVerdict({ metrics, comparisons: [], labels })[0].kind, "no_truth");
+  assert.equal(ownerOf("rdf, paper, q = 1", ["rdf", "rdf, paper"]), "rdf, paper");
+});
