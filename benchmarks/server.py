@@ -256,7 +256,7 @@ def time_recording_page(page: Page, url: str, marks: int, files: tuple[Path, Pat
     begin = time.perf_counter()
     page.get_by_role("button", name="Upload and read").click()
     button = page.get_by_role("button", name=ALGORITHMS[0], exact=True)
-    expect(page.locator("recording-report").first).to_be_visible(timeout=120_000)
+    expect(page.get_by_role("heading", name=f"by page {marks}", exact=True)).to_be_visible(timeout=120_000)
     read = time.perf_counter()
     for name in ALGORITHMS:
         page.get_by_role("button", name=name, exact=True).click()

@@ -14,8 +14,11 @@ import httpx2
 import pytest
 
 from backend.backup import back_up
+from backend.db.engine import Database
+from backend.db.migrate import upgrade
 from backend.errors import StorageError
 from backend.files.store import Store
+from backend.settings import Settings
 from tests.api.conftest import ServerProcess, Upload, finished, start_server
 from tests.api.test_command_line import run_command
 
@@ -26,6 +29,7 @@ def restored(archive: Path, folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_restored_folder_has_the_same_runs_and_bytes(
     server: ServerProcess, api: httpx2.Client, run: dict[str, Any], recording: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -71,7 +75,7 @@ def test_backups_while_recordings_come_and_go(server: ServerProcess, upload: Upl
     worker = threading.Thread(target=churn)
     worker.start()
     try:
-        for i in range(8):
+        for i in range(4):
             archive = tmp_path / f"{i}.tar.gz"
             done = back_up(server.data, archive)
             assert (done.missing, done.damaged) == ((), ())
@@ -94,17 +98,19 @@ def test_backups_while_recordings_come_and_go(server: ServerProcess, upload: Upl
 def small(tmp_path: Path) -> Path:
     """A data folder with one recording's file, as the database tells it."""
     folder = tmp_path / "data"
-    assert run_command("migrate", "--data", str(folder)).returncode == 0
+    database = Database(Settings(data_dir=folder).url)
+    upgrade(database)
+    database.close()
     sha = Store(folder / "store").put_bytes(b"measurements")
-    with sqlite3.connect(folder / "filterroom.sqlite") as database:
+    with sqlite3.connect(folder / "filterroom.sqlite") as rows:
         files = json.dumps([{"role": "data", "name": "a.csv", "sha256": sha, "size": 12}])
-        names = [row[1] for row in database.execute("PRAGMA table_info(recordings)")]
+        names = [row[1] for row in rows.execute("PRAGMA table_info(recordings)")]
         values = dict.fromkeys(names, "0") | {"id": "a", "files": files, "data_sha256": None}
-        database.execute(
+        rows.execute(
             f"INSERT INTO recordings ({', '.join(names)}) VALUES ({', '.join('?' * len(names))})",
             [values[n] for n in names],
         )
-    database.close()
+    rows.close()
     return folder
 
 

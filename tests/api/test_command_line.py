@@ -96,6 +96,7 @@ def test_data_folder_has_one_server(server: ServerProcess) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_first_start_shows_the_sample_and_keeps_its_token(tmp_path: Path) -> None:
     first = start_server(tmp_path / "data", "--workers", "1", FILTERROOM_TOKEN="")
     try:

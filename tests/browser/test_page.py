@@ -35,7 +35,7 @@ def test_the_sample_is_there_and_nothing_leaves_the_origin(visit: Callable[..., 
     page = visited.open("#/runs")
     route = sample_run(page)
     expect(page.get_by_role("row", name=re.compile("succeeded.*Sample"))).to_be_visible()
-    visited.open(route)
+    visited.follow(route)
     for heading in ("Plan", "Horizontal error", "NIS", "Altitude", "Receptions"):
         assert any(trace["points"] for trace in drawn(page, heading)["traces"]), heading
     for other in ("#/new", "#/recordings", "#/algorithms", "#/algorithms/rdfv", "#/about"):
@@ -105,7 +105,7 @@ def test_the_address_holds_the_state_of_the_page(visit: Callable[..., Visit]) ->
     expect(page.get_by_text("names no page")).to_be_visible()
 
 
-@pytest.mark.parametrize("width", [360, 390, 2560])
+@pytest.mark.parametrize("width", [360, *(pytest.param(width, marks=pytest.mark.slow) for width in (390, 2560))])
 def test_nothing_is_cut_off(visit: Callable[..., Visit], width: int) -> None:
     visited = visit(viewport={"width": width, "height": 844})
     page = visited.open("#/runs")
@@ -119,7 +119,7 @@ def test_nothing_is_cut_off(visit: Callable[..., Visit], width: int) -> None:
 def test_a_run_fits_the_first_screen(visit: Callable[..., Visit]) -> None:
     visited = visit()
     page = visited.open("#/runs")
-    visited.open(sample_run(page))
+    visited.follow(sample_run(page))
     for heading in ("Plan", "Horizontal error", "NIS"):
         drawn(page, heading)
     bottoms = page.evaluate(
@@ -135,7 +135,7 @@ _WITHOUT_PLOTS = {"include": [["html"]], "exclude": [[".plot > *"]]}
 _RULES: dict[str, dict[str, Any]] = {"light": {}, "dark": {"runOnly": ["color-contrast"]}}
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
 def test_axe_finds_nothing(visit: Callable[..., Visit], scheme: str) -> None:
     visited = visit(color_scheme=scheme)
     page = visited.open("#/runs")
@@ -161,10 +161,11 @@ def test_axe_finds_nothing(visit: Callable[..., Visit], scheme: str) -> None:
     assert not found, "\n".join(found)
 
 
+@pytest.mark.slow
 def test_the_theme_recolours_the_charts(visit: Callable[..., Visit]) -> None:
     visited = visit(color_scheme="light")
     page = visited.open("#/runs")
-    visited.open(sample_run(page))
+    visited.follow(sample_run(page))
     light = drawn(page, "Plan").traces(role="truth")[0]["color"]
     page.get_by_label("Theme").select_option("dark")
     page.wait_for_function(
@@ -226,11 +227,12 @@ def forwarded(target_port: int, port: int) -> Iterator[int]:
         listener.close()
 
 
+@pytest.mark.slow
 def test_a_forwarded_port_changes_nothing(visit: Callable[..., Visit], server: Server) -> None:
     with forwarded(server.port, free_port()) as port:
         visited = visit(url=f"http://localhost:{port}")
         page = visited.open("#/runs")
-        visited.open(sample_run(page))
+        visited.follow(sample_run(page))
         assert drawn(page, "Plan").traces(role="series")
         page.get_by_role("link", name="Run again").click()
         expect(page.locator("[data-algorithm]")).to_have_count(3)
