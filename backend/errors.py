@@ -15,9 +15,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from algorithms.errors import FilterRoomError
 
-__all__ = ["NotFoundError", "QuotaError", "StateError", "StorageError", "TooLargeError", "UnavailableError"]
+__all__ = [
+    "STORAGE_CODES",
+    "NotFoundError",
+    "QuotaError",
+    "StateError",
+    "StorageError",
+    "TooLargeError",
+    "UnavailableError",
+    "unusable_folder",
+]
+
+# Codes of what failed because something could not be stored.
+STORAGE_CODES = ("storage", "disk_full", "read_only")
 
 
 class NotFoundError(FilterRoomError):
@@ -54,3 +68,12 @@ class UnavailableError(FilterRoomError):
     """Something that is needed (a locked database, a server that is away) does not answer now; it may later."""
 
     code = "unavailable"
+
+
+def unusable_folder(folder: Path, error: OSError) -> StorageError:
+    """Return the error of a server that cannot start because its data folder cannot be written."""
+    why = error.strerror or str(error)
+    return StorageError(
+        f"The data folder {folder} cannot be written: {why}.",
+        remedy="Check its owner, permissions and disk, or give another one with --data or FILTERROOM_DATA_DIR.",
+    )

@@ -11,7 +11,7 @@ from typing import Annotated, Self
 from pydantic import Field, SecretStr, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
-from backend.errors import StorageError
+from backend.errors import StorageError, unusable_folder
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
@@ -63,6 +63,8 @@ class Settings(BaseSettings):
     """Private key that belongs to `tls_cert`, PEM."""
     workers: int = Field(default_factory=lambda: os.cpu_count() or 1, ge=1, le=1024)
     """Local worker processes; one thread each."""
+    worker_memory_bytes: int | None = Field(default=None, ge=2**28)
+    """Memory that one local worker may take, bytes; by default its part of four fifths of the machine's."""
     max_upload_bytes: int = Field(default=256 * 2**20, ge=1024)
     """Largest body of an upload, bytes."""
     max_json_bytes: int = Field(default=2**20, ge=1024)
@@ -133,11 +135,15 @@ class Settings(BaseSettings):
 
 def _kept_secret(path: Path, size: int) -> str:
     """Return the text of `path`; generate it on first use so that no other user can ever read it."""
-    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     try:
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     except FileExistsError:
-        return _not_empty(path, path.read_text(encoding="ascii").strip())
+        if path.is_file():
+            return _not_empty(path, path.read_text(encoding="ascii").strip())
+        raise
+    except OSError as error:
+        raise unusable_folder(path.parent, error) from error
     with os.fdopen(descriptor, "w", encoding="ascii") as out:
         # Lower case and no dash at the ends: the instance id becomes part of a cookie's name.
         value = secrets.token_hex(size) if size < 16 else secrets.token_urlsafe(size)

@@ -16,11 +16,11 @@ from backend.api.recording_schemas import ReadAgain
 from backend.api.services import Services
 from backend.db import recordings
 from backend.db.recordings import Recording, StoredFile
-from backend.errors import NotFoundError, StateError
+from backend.errors import STORAGE_CODES, NotFoundError, StateError
 from backend.files.options import ReadOptions
 from backend.http.multipart import Part, Parts, received
 from backend.http.problems import ProblemError, ProblemItem, items_of, summary_of
-from backend.jobs.collection import collect
+from backend.jobs.collection import collect, storing
 
 # A file up to this size is usually read before the user would look elsewhere, so the answer waits for it.
 WAIT_BYTES = 8 * 2**20
@@ -81,7 +81,7 @@ def from_body(services: Services, parts: Parts, options: Mapping[str, Any]) -> U
 def again(services: Services, request: ReadAgain) -> Uploaded:
     """Make a recording of bytes that are stored already."""
     source = source_of(services, request)
-    with services.store.guard():
+    with storing(services.database, services.store) as put:
         files = [f for f in source.files if f.role == "data"]
         for role, value in (("site", request.site), ("truth", request.truth)):
             if role not in request.model_fields_set:
@@ -89,6 +89,7 @@ def again(services: Services, request: ReadAgain) -> Uploaded:
             elif value is not None:
                 text = value if isinstance(value, str) else json.dumps(value.to_json(), sort_keys=True)
                 files.append(_put_text(services, role, text))  # type: ignore[arg-type]  # one of the two literals
+                put.add(files[-1].sha256)
         found = _find_or_create(services, files, options_again(request, source), default_name=source.name)
     return _read(services, found)
 
@@ -148,14 +149,14 @@ def _options(services: Services, parts: Sequence[Part]) -> ReadOptions:
 
 def _store_and_read(services: Services, parts: Sequence[Part], options: ReadOptions) -> Uploaded:
     roles: dict[str, Literal["data", "site", "truth"]] = {"file": "data", "site": "site", "truth": "truth"}
-    with services.store.guard():
+    with storing(services.database, services.store) as put:
+        files = []
         # In this order whatever the order of the form's parts.
-        files = [
-            StoredFile(role=role, name=p.file_name or p.name, size=p.size, sha256=services.store.put_file(p.path))
-            for name, role in roles.items()
-            for p in parts
-            if p.name == name
-        ]
+        for name, role in roles.items():
+            for part in (p for p in parts if p.name == name):
+                sha256 = services.store.put_file(part.path)
+                put.add(sha256)
+                files.append(StoredFile(role=role, name=part.file_name or name, size=part.size, sha256=sha256))
         found = _find_or_create(services, files, options, default_name="")
     return _read(services, found)
 
@@ -227,6 +228,8 @@ def unreadable(error: Mapping[str, Any]) -> ProblemError:
     detail = f"{error.get('detail', 'The file could not be read.')} {error.get('remedy') or ''}".strip()
     code = str(error.get("code", "unreadable"))
     item = ProblemItem(pointer=str(error.get("pointer") or "/file"), detail=detail, code=code)
+    if code in STORAGE_CODES:
+        return ProblemError(507, code, detail)
     return ProblemError(422, code, detail, errors=[item])
 
 

@@ -16,6 +16,9 @@ from sqlalchemy.pool import NullPool
 
 from backend.errors import StorageError
 
+# How long a transaction waits for another program that holds the lock, milliseconds.
+BUSY_MS = 10_000
+
 
 def sqlite_engines(url: URL, wait_s: float) -> tuple[Engine, Engine]:
     """Return the engines for writing and for reading; a writer waits `wait_s` for its turn in this process."""
@@ -51,7 +54,7 @@ def _set_up(engine: Engine, *, begin: str, read_only: bool, foreign_keys: bool =
         # The driver must not start transactions of its own (before Python 3.12 it has no other switch).
         connection.isolation_level = None
         cursor = connection.cursor()
-        cursor.execute("PRAGMA busy_timeout=10000")
+        cursor.execute(f"PRAGMA busy_timeout={BUSY_MS}")
         cursor.execute("PRAGMA journal_mode=WAL")
         cursor.execute("PRAGMA synchronous=NORMAL")
         cursor.execute(f"PRAGMA foreign_keys={'ON' if foreign_keys else 'OFF'}")

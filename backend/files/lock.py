@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from backend.errors import StateError
+from backend.errors import StateError, unusable_folder
 
 
 class DataFolderLock:
@@ -25,10 +25,15 @@ class DataFolderLock:
         ------
         StateError
             Another server holds it; the message names folder and process.
+        StorageError
+            The folder cannot be written.
         """
-        self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        # Python opens files as not inheritable: worker processes cannot keep the lock alive.
-        descriptor = os.open(self._folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            # Python opens files as not inheritable: worker processes cannot keep the lock alive.
+            descriptor = os.open(self._folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
+        except OSError as error:
+            raise unusable_folder(self._folder, error) from error
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

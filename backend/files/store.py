@@ -21,7 +21,7 @@ import shutil
 import threading
 import zipfile
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -83,14 +83,14 @@ class Store:
         path = self.temporary()
         with _storage_errors(path):
             path.write_bytes(data)
-        return self.put_file(path)
+        return self._put_or_delete(path)
 
     def put_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> str:
         """Store named arrays as one uncompressed .npz and return its hash."""
         path = self.temporary()
         with _storage_errors(path):
             write_arrays(path, arrays)
-        return self.put_file(path)
+        return self._put_or_delete(path)
 
     def get_bytes(self, sha256: str) -> bytes:
         """Return the bytes of a blob."""
@@ -125,6 +125,15 @@ class Store:
     def free_bytes(self) -> int:
         """Return the free space of the store's disk."""
         return shutil.disk_usage(self._root).free
+
+    def _put_or_delete(self, temporary: Path) -> str:
+        try:
+            return self.put_file(temporary)
+        except StorageError:
+            # Left there, it would fill the disk until the next start.
+            with suppress(OSError):
+                temporary.unlink()
+            raise
 
     def _existing(self, sha256: str) -> Path:
         path = self.path(sha256)
@@ -172,16 +181,22 @@ def _storage_errors(partial: Path | None = None) -> Iterator[None]:
         yield
     except OSError as error:
         if partial is not None:
-            partial.unlink(missing_ok=True)
+            # A read-only disk refuses this even where there is nothing to delete.
+            with suppress(OSError):
+                partial.unlink()
         if isinstance(error, FileNotFoundError):
             raise NotFoundError(f"{error.filename} does not exist.", code="file_not_found") from error
-        if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            raise StorageError(
-                "The disk of the data folder is full.",
-                remedy="Free space, or delete runs and recordings; nothing that was stored is lost.",
-                code="disk_full",
-            ) from error
-        raise StorageError(
-            f"The data folder cannot be written: {error}.",
-            remedy="Check the folder's owner, permissions and disk.",
-        ) from error
+        raise refusal_of(error) from error
+
+
+def refusal_of(error: OSError) -> StorageError:
+    """Return what a disk refused as an error that says what to do."""
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return StorageError(
+            "The disk of the data folder is full.",
+            remedy="Free space, or delete runs and recordings; nothing that was stored is lost.",
+            code="disk_full",
+        )
+    return StorageError(
+        f"The data folder cannot be written: {error}.", remedy="Check the folder's owner, permissions and disk."
+    )

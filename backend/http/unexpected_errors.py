@@ -8,19 +8,17 @@ import secrets
 
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from backend.files.store import refusal_of
 from backend.http.problems import problem_response
 
 logger = logging.getLogger("filterroom.http")
 
-_DISK = {
-    errno.ENOSPC: "The disk is full.",
-    errno.EDQUOT: "The disk quota is used up.",
-    errno.EROFS: "The disk is read-only.",
-}
+# What a disk refuses; anything else that the operating system says is an error of the program.
+_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO)
 
 
 class UnexpectedErrors:
-    """Answer 500 (507 where the disk is full) instead of breaking the connection."""
+    """Answer 500 (507 where the disk refused) instead of breaking the connection."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -39,8 +37,17 @@ class UnexpectedErrors:
         try:
             await self.app(scope, receive, watch)
         except Exception as error:
+            refused = refusal_of(error) if isinstance(error, OSError) and error.errno in _DISK else None
             number = secrets.token_hex(4)
-            logger.exception("error %s while answering %s %s", number, scope["method"], scope["path"])
+            logger.error(
+                "error %s while answering %s %s: %s",
+                number,
+                scope["method"],
+                scope["path"],
+                error,
+                # A disk that refuses is no error of the program: the line says all.
+                exc_info=refused is None,
+            )
             if started:
                 # Half an answer is out: only a broken connection tells the client that it is not whole.
                 raise
@@ -48,10 +55,10 @@ class UnexpectedErrors:
                 problem_response(
                     path=scope["path"],
                     status=507,
-                    code="storage",
-                    detail=f"{_DISK[error.errno]} Free some space in the data folder and try again.",
+                    code=refused.code,
+                    detail=str(refused),
                 )
-                if isinstance(error, OSError) and error.errno in _DISK
+                if refused is not None
                 else problem_response(
                     path=scope["path"],
                     status=500,

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from backend.errors import StateError, UnavailableError
 from backend.jobs import fitness, work
+from backend.jobs.worker_memory import memory_of_worker
 from backend.settings import Settings
 
 if TYPE_CHECKING:
@@ -216,6 +217,7 @@ def _local_cluster(settings: Settings) -> LocalCluster:
 
     scratch = settings.data_dir / "scratch"
     scratch.mkdir(parents=True, exist_ok=True, mode=0o700)
+    memory = memory_of_worker(settings.worker_memory_bytes, settings.workers)
     return LocalCluster(
         n_workers=settings.workers,
         threads_per_worker=1,
@@ -227,12 +229,16 @@ def _local_cluster(settings: Settings) -> LocalCluster:
         dashboard_address="127.0.0.1:0",
         local_directory=str(scratch),
         silence_logs=logging.ERROR,
+        # The limit is ours (see `backend.jobs.worker_memory`). Dask's would also stop giving blocks to a worker that
+        # is four fifths full, and the engine would wait for it.
+        memory_limit=0,
         # Ctrl-C in a terminal reaches the whole group; only the server decides when to end.
         # A worker told to stop between two heartbeats logs a traceback as an error; what concerns a run comes back
         # with its block, and lost workers are the engine's to report.
         preload=[
             "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)",
             "import logging; logging.getLogger('distributed.worker').setLevel(logging.CRITICAL)",
+            f"from backend.jobs.worker_memory import limit_memory; limit_memory({memory})",
         ],
         env={} if settings.kernel_cache is None else {"FILTERROOM_KERNEL_CACHE": str(settings.kernel_cache)},
     )

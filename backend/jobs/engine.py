@@ -22,9 +22,10 @@ from typing import Any, Literal
 from algorithms.errors import FilterRoomError
 from backend.db import events, outcomes, recordings, runs
 from backend.db.engine import Database
-from backend.errors import UnavailableError
+from backend.errors import STORAGE_CODES, StorageError, UnavailableError
 from backend.files.store import Store
 from backend.jobs import ledger
+from backend.jobs.collection import collect
 from backend.jobs.outcome import Outcome
 from backend.jobs.parsing import Parser
 from backend.jobs.plan import plan_of
@@ -72,6 +73,8 @@ class Engine:
         self._detail = ""
         # Why workers that are there get no work, in words.
         self._notice = ""
+        # What hindered the last round, in words; it is logged once.
+        self._trouble = ""
         self._cluster: Any = None
         self._workers: dict[str, int] = {}
         self._no_workers_since: float | None = None
@@ -159,10 +162,17 @@ class Engine:
                 self._report_progress()
                 self._dispatch()
                 self._store_failures()
+            except FilterRoomError as error:
+                # A full disk, a locked database: the next round may succeed.
+                if str(error) != self._trouble:
+                    logger.error("the engine cannot go on, and tries again: %s", error)
+                self._trouble = str(error)
+                self._stopping.wait(1)
             except Exception:
-                # Whatever it was (a full disk, a scheduler that went away), the next round may succeed.
                 logger.exception("the engine's round failed")
                 self._stopping.wait(1)
+            else:
+                self._trouble = ""
         self._close_cluster()
 
     def _connect(self) -> None:
@@ -209,9 +219,9 @@ class Engine:
         """Write into the logs of runs, once, why they wait."""
         for active in self._active.values():
             if active.told != words:
-                active.told = words
                 with self._database.write() as connection:
                     events.append_log(connection, active.run.id, words, "warning")
+                active.told = words
 
     def _close_cluster(self) -> None:
         cluster, self._cluster = self._cluster, None
@@ -225,10 +235,18 @@ class Engine:
         try:
             message = self._inbox.get(timeout=TICK_S if busy else IDLE_TICK_S)
             while True:
-                message()
+                self._take(message)
                 message = self._inbox.get_nowait()
         except queue.Empty:
             return
+
+    def _take(self, message: Callable[[], None]) -> None:
+        try:
+            message()
+        except (StorageError, UnavailableError):
+            # Every message may come twice; none may be lost because the database is locked or away.
+            self._post(message)
+            raise
 
     # Workers.
 
@@ -313,11 +331,11 @@ class Engine:
         return True
 
     def _send(self, active: ActiveRun, position: int, worker: str, alone: bool) -> None:
-        active.waiting.remove(position)
         with self._failing(active, position):
             block = ledger.block_of(self._database, self._store, active.run, active.plan, position)
             future = self._cluster.submit(block, worker)
             self._flights[block.token] = Flight(block.token, active.run.id, position, worker, future, alone)
+            active.waiting.remove(position)
             future.add_done_callback(lambda _: self._post(lambda: self._landed(block.token)))
 
     # Blocks that come back, or do not.
@@ -341,24 +359,34 @@ class Engine:
         flight = self._flights.get(token)
         if flight is None or flight.restarting:
             return
-        if flight.future.status != "finished" and not self._cluster.is_connected:
+        if flight.outcome is None and flight.future.status != "finished" and not self._cluster.is_connected:
             # Nobody died: the scheduler went away, and all blocks are taken back together.
             return
         del self._flights[token]
         active = self._active.get(flight.run_id)
         if active is None or flight.stopping_since is not None:
             return
-        if flight.future.status != "finished":
+        if flight.outcome is None and flight.future.status != "finished":
             self._lost(active, flight)
             return
-        with self._failing(active, flight.position):
-            outcome: Outcome = flight.future.result()
-            if outcome.kind == "done":
-                ledger.keep(self._database, self._store, active.run, active.plan, flight.position, outcome)
-                active.finished.add(flight.position)
-            elif outcome.kind == "failed":
-                assert outcome.error is not None
-                self._fail(flight.run_id, outcome.error, outcome.trace)
+        try:
+            with self._failing(active, flight.position):
+                outcome: Outcome = flight.outcome or flight.future.result()
+                flight.outcome = outcome
+                if outcome.kind == "done":
+                    ledger.keep(self._database, self._store, active.run, active.plan, flight.position, outcome)
+                    active.finished.add(flight.position)
+                elif outcome.kind == "failed":
+                    assert outcome.error is not None
+                    self._fail(flight.run_id, outcome.error, outcome.trace)
+                    if outcome.error["code"] == "out_of_memory":
+                        # What the algorithm still holds would be missing to the next block.
+                        self._flights[token] = flight
+                        self._restart(flight, "ran out of memory")
+        except UnavailableError:
+            # The outcome waits with its worker until it can be stored.
+            self._flights[token] = flight
+            raise
 
     def _finish(self, active: ActiveRun) -> None:
         with self._failing(active):
@@ -389,11 +417,18 @@ class Engine:
 
     @contextmanager
     def _failing(self, active: ActiveRun, position: int | None = None) -> Iterator[None]:
-        """Fail the run where something of ours goes wrong: it must not wait for ever."""
+        """Fail the run where something of ours goes wrong: it must not wait for ever.
+
+        A database that does not answer now is not the run's fault: the error goes on, and the step is repeated.
+        """
         label = "" if position is None else active.plan.label_of(position)
         try:
             yield
+        except UnavailableError:
+            raise
         except FilterRoomError as error:
+            # Also to the server's log: where a disk is full the run's own cannot be written now.
+            logger.error("run %s failed: %s", active.run.id, error)
             self._fail(active.run.id, ledger.error_of(error, label))
         except Exception:
             logger.exception("run %s failed", active.run.id)
@@ -410,6 +445,9 @@ class Engine:
         for run_id, (error, trace) in list(self._failures.items()):
             ledger.fail(self._database, run_id, error, trace)
             ledger.forget(self._database, self._store, run_id)
+            if error["code"] in STORAGE_CODES:
+                # Its last file may be there without the row that refers to it.
+                collect(self._database, self._store)
             del self._failures[run_id]
 
     def _drop(self, run_id: str) -> None:
@@ -419,7 +457,7 @@ class Engine:
         ledger.forget(self._database, self._store, run_id)
 
     def _leave(self, run_id: str) -> None:
-        tokens = [f.token for f in self._flights.values() if f.run_id == run_id]
+        tokens = [f.token for f in self._flights.values() if f.run_id == run_id and f.stopping_since is None]
         for token in tokens:
             self._flights[token].stopping_since = monotonic()
         if tokens:
@@ -433,7 +471,7 @@ class Engine:
             if flight.restarting:
                 continue
             if flight.stopping_since is not None and at - flight.stopping_since > PATIENCE_S:
-                self._restart(flight)
+                self._restart(flight, "does not leave a cancelled block")
             elif flight.worker in self._workers:
                 flight.missing_since = None
             elif flight.missing_since is None:
@@ -443,8 +481,8 @@ class Engine:
                 flight.future.cancel()
                 self._landed(flight.token)
 
-    def _restart(self, flight: Flight) -> None:
-        logger.warning("worker %s does not leave a cancelled block and is restarted", flight.worker)
+    def _restart(self, flight: Flight, why: str) -> None:
+        logger.warning("worker %s %s and is restarted", flight.worker, why)
         flight.restarting = True
         # Else Dask would start the block again when the worker is back.
         flight.future.cancel()

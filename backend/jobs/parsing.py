@@ -11,13 +11,16 @@ from typing import Any
 
 from backend.db import recordings
 from backend.db.engine import Database
-from backend.errors import StateError, StorageError
+from backend.errors import StateError, StorageError, UnavailableError
 from backend.files.store import Store
-from backend.jobs.collection import collect
+from backend.jobs.collection import collect, storing
 from backend.jobs.reader_process import ReadAnswer, ReaderProcess, ReadRequest
 from backend.settings import Settings
 
 logger = logging.getLogger(__name__)
+
+# Seconds until a recording is read again whose outcome could not be written down.
+RETRY_S = 5.0
 
 
 class Parser:
@@ -28,7 +31,7 @@ class Parser:
         self._store = store
         self._max_rows = settings.max_rows
         self._process = ReaderProcess(settings.reader_memory_bytes, settings.reader_timeout_s)
-        self._stopping = False
+        self._stopping = threading.Event()
         self._under_way: dict[str, Future[recordings.Recording]] = {}
         # Reentrant: a future that is done already calls back at once.
         self._lock = threading.RLock()
@@ -67,7 +70,7 @@ class Parser:
 
     def stop(self) -> None:
         """Give up what is under way; the next server resumes it."""
-        self._stopping = True
+        self._stopping.set()
         self._process.kill()
         self._thread.shutdown(wait=True, cancel_futures=True)
         self._process.stop()
@@ -78,14 +81,24 @@ class Parser:
         return self._process.pid
 
     def _parse(self, recording_id: str) -> recordings.Recording:
+        """Read a recording; where neither arrays nor failure can be written down, read it again until they can."""
+        while True:
+            try:
+                return self._read(recording_id)
+            except (StorageError, UnavailableError) as error:
+                logger.error("recording %s cannot be written down, and is read again: %s", recording_id, error)
+                if self._stopping.wait(RETRY_S):
+                    raise _stopping() from error
+
+    def _read(self, recording_id: str) -> recordings.Recording:
         with self._database.read() as connection:
             recording = recordings.get_recording(connection, recording_id)
         output = self._store.temporary()
         try:
             answer = self._process.read(self._request(recording, output))
-            if self._stopping:
-                # It may be our own kill that ended it; the state stays `parsing` and the next server reads it.
-                raise StateError("The server is stopping.", remedy="It reads the file when it is back.")
+            if self._stopping.is_set():
+                # It may be our own kill that ended it.
+                raise _stopping()
             self._settle(recording, answer, output)
         except StorageError as error:
             with self._database.write() as connection:
@@ -107,8 +120,9 @@ class Parser:
             with self._database.write() as connection:
                 recordings.set_failed(connection, recording.id, answer.error, rejected)
             return
-        with self._store.guard():
+        with storing(self._database, self._store) as put:
             data_sha256 = self._store.put_file(output)
+            put.add(data_sha256)
             with self._database.write() as connection:
                 kept = recordings.set_parsed(connection, recording.id, _parsed(answer, rejected, data_sha256))
         if not kept:
@@ -128,6 +142,11 @@ class Parser:
             max_rows=self._max_rows,
             output=output,
         )
+
+
+def _stopping() -> StateError:
+    """The state of the recording stays `parsing`, and the next server reads it."""
+    return StateError("The server is stopping.", remedy="It reads the file when it is back.")
 
 
 def _parsed(answer: ReadAnswer, rejected: list[recordings.Rejection], data_sha256: str) -> recordings.Parsed:

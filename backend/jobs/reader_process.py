@@ -7,6 +7,7 @@ gone. It has a memory limit, and each reading a time limit.
 from __future__ import annotations
 
 import contextlib
+import errno
 import multiprocessing
 import os
 import resource
@@ -176,7 +177,7 @@ def _limit_memory(memory_bytes: int) -> None:
 def _read(request: ReadRequest) -> ReadAnswer:
     from backend.files.preview import preview
     from backend.files.reading import NamedFile, ReadLimits, ReadOptions, read_recording
-    from backend.files.store import write_arrays
+    from backend.files.store import refusal_of, write_arrays
 
     files = [NamedFile(name, path) for name, path in request.files]
     truth = None if request.truth is None else NamedFile(*request.truth)
@@ -195,15 +196,24 @@ def _read(request: ReadRequest) -> ReadAnswer:
             "The file needs more memory than one reading may take.",
             "Split it, or raise FILTERROOM_READER_MEMORY_BYTES.",
         )
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            return _unforeseen()
+        refusal = refusal_of(error)
+        return _failure(refusal.code, refusal.message, refusal.remedy, "")
     except Exception:
-        answer = _failure("internal", "The reader stopped with an error that nobody foresaw.", "Please report it.")
-        return replace(answer, trace=traceback.format_exc())
+        return _unforeseen()
     return replace(
         _reported(report),
         start_utc=recording.start_utc,
         site=None if recording.site is None else recording.site.to_json(),
         has_truth=recording.has_truth,
     )
+
+
+def _unforeseen() -> ReadAnswer:
+    answer = _failure("internal", "The reader stopped with an error that nobody foresaw.", "Please report it.")
+    return replace(answer, trace=traceback.format_exc())
 
 
 def _reported(report: ReadReport) -> ReadAnswer:

@@ -58,6 +58,8 @@ class Flight:
     stopping_since: float | None = None
     """When the workers were told to leave this block."""
     restarting: bool = False
+    outcome: Any = None
+    """What came back and is not stored yet, because the database does not answer."""
 
 
 @dataclass(frozen=True)

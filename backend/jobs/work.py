@@ -26,6 +26,7 @@ from algorithms.spec import Algorithm, Parameters, trial_stream
 from algorithms.toolbox.monte_carlo.batches import batches
 from algorithms.toolbox.monte_carlo.sums import Sums, joined, sums_of
 from backend.jobs.outcome import Outcome, block_arrays
+from backend.jobs.worker_memory import lift_limit
 
 # Seconds between two reports of progress.
 REPORT_S = 0.25
@@ -114,12 +115,13 @@ def run_block(block: AnyBlock, report: Callable[[float], None]) -> Outcome:
     except FilterRoomError as error:
         return Outcome("failed", error=_error(error, block.label))
     except MemoryError:
+        lift_limit()
         return Outcome(
             "failed",
             error={
                 "code": "out_of_memory",
                 "detail": "The worker ran out of memory.",
-                "remedy": "Use a shorter recording, or give the workers more memory.",
+                "remedy": "Use a shorter recording, fewer workers, or raise FILTERROOM_WORKER_MEMORY_BYTES.",
                 "label": block.label,
             },
             trace=traceback.format_exc(),

@@ -81,7 +81,7 @@ export default {
   "Most often it ran out of memory: use a shorter recording or fewer workers.": "Чаще всего не хватает памяти: возьмите запись короче или меньше исполнителей.",
   "The server could not go on.": "Сервер не смог продолжить.",
   "The worker ran out of memory.": "Исполнителю не хватило памяти.",
-  "Use a shorter recording, or give the workers more memory.": "Возьмите запись короче или дайте исполнителям больше памяти.",
+  "Use a shorter recording, fewer workers, or raise FILTERROOM_WORKER_MEMORY_BYTES.": "Возьмите запись короче, меньше исполнителей или увеличьте FILTERROOM_WORKER_MEMORY_BYTES.",
   "The algorithm stopped with an error that nobody foresaw.": "Алгоритм остановился из-за непредвиденной ошибки.",
   "The run's log holds what developers need to know; please report it.": "Что нужно знать разработчикам, есть в журнале расчёта; сообщите об этом.",
   // scenarios, sweeps, studies
@@ -203,10 +203,8 @@ export default {
   "Check the folder's owner, permissions and disk.": "Проверьте владельца, права и диск папки.",
   "The disk of the data folder is full.": "Диск папки данных заполнен.",
   "Free space, or delete runs and recordings; nothing that was stored is lost.": "Освободите место или удалите расчёты и записи; сохранённое не потеряно.",
-  "The disk is full.": "Диск заполнен.",
-  "The disk quota is used up.": "Квота диска исчерпана.",
-  "The disk is read-only.": "Диск только для чтения.",
-  "{1} Free some space in the data folder and try again.": "{1} Освободите место в папке данных и повторите.",
+  "The data folder {1} cannot be written: {2}.": "В папку данных {1} нельзя записать: {2}.",
+  "Check its owner, permissions and disk, or give another one with --data or FILTERROOM_DATA_DIR.": "Проверьте её владельца, права и диск или укажите другую через --data или FILTERROOM_DATA_DIR.",
   "An unexpected error happened; the server's log has it under number {1}.": "Произошла непредвиденная ошибка; в журнале сервера она под номером {1}.",
   // checks of single values
   "Field required.": "Поле нужно указать.",

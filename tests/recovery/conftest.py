@@ -56,6 +56,12 @@ class House:
 
     def queue(self, *parameters: dict[str, Any], seed: int = 7, algorithm: str = "rehearsal") -> str:
         """Queue a run with one entry per dict of parameters."""
+        run_id = self.store_run(*parameters, seed=seed, algorithm=algorithm)
+        self.engine.notify()
+        return run_id
+
+    def store_run(self, *parameters: dict[str, Any], seed: int = 7, algorithm: str = "rehearsal") -> str:
+        """Write a queued run down; the engine is not told."""
         entries = [runs.Entry(algorithm, f"entry {i}", p) for i, p in enumerate(parameters)]
         with self.database.write() as connection:
             run = runs.create_run(
@@ -66,7 +72,6 @@ class House:
                 seed=seed,
                 progress_total=100 * len(entries),
             )
-        self.engine.notify()
         return run.id
 
     def run(self, run_id: str) -> runs.Run:

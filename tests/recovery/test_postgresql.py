@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from backend.db.migrate import upgrade
 from backend.errors import StateError, StorageError, UnavailableError
 from tests.api.conftest import problem, start_server
 from tests.postgresql import PostgreSQL
-from tests.recovery.conftest import wait_for
+from tests.recovery.conftest import settle, wait_for
 
 pytestmark = [pytest.mark.recovery, pytest.mark.slow]
 ROOT = Path(__file__).parents[2]
@@ -86,6 +87,26 @@ def test_goes_on_when_the_database_is_back(database: Database, postgresql_server
     with database.read() as connection:
         assert idempotency.find_key(connection, "before")
         assert not idempotency.find_key(connection, "while it is away")
+
+
+def test_a_run_queued_while_the_database_goes_away_is_taken_when_it_is_back(
+    plugin: None, url: str, postgresql_server: PostgreSQL, tmp_path: Path
+) -> None:
+    house = settle(tmp_path / "data", workers=1, database_url=url)
+    house.engine.start()
+    wait_for(lambda: house.engine.status().state == "ready", "engine ready", 240)
+    # The engine hears of the run when the database is away, and nobody tells it twice.
+    run_id = house.store_run({})
+    postgresql_server.stop()
+    try:
+        house.engine.notify()
+        time.sleep(3)
+    finally:
+        postgresql_server.start()
+    run = wait_for(lambda: r if (r := house.run(run_id)).state in ("succeeded", "failed") else None, "it is taken", 30)
+    house.engine.stop()
+    house.database.close()
+    assert (run.state, run.error) == ("succeeded", None)
 
 
 def test_what_postgresql_cannot_store_is_the_users_to_mend(database: Database) -> None:

@@ -1,4 +1,4 @@
-"""An algorithm of a third party that does what engines fear: it sleeps, hangs, dies, or fails."""
+"""An algorithm of a third party that does what engines fear: it sleeps, hangs, dies, eats memory, or fails."""
 
 from __future__ import annotations
 
@@ -16,9 +16,15 @@ from algorithms.spec import Algorithm, Parameters, RunContext, parameter
 
 
 class RehearsalParameters(Parameters):
-    behaviour: Literal["work", "hang", "die", "die_once", "fail", "bug"] = parameter("work", title="Behaviour")
+    behaviour: Literal["work", "hang", "die", "die_once", "eat", "nibble", "fail", "bug"] = parameter(
+        "work", title="Behaviour"
+    )
     seconds: float = parameter(0.0, title="Duration", unit="s", ge=0)
     marker: str = parameter("", title="File that every start appends a line to")
+
+
+_eaten: list[object] = []
+"""What a careless algorithm never gives back."""
 
 
 def run(recording: ToaMarks, parameters: RehearsalParameters, context: RunContext) -> Result:
@@ -35,7 +41,14 @@ def run(recording: ToaMarks, parameters: RehearsalParameters, context: RunContex
             os._exit(3)
         case "die_once" if first:
             os._exit(3)
+        case "eat":
+            while True:
+                _eaten.append(np.ones(2**21))
+        case "nibble":
+            while True:
+                _eaten.append(bytes(1000))
         case "fail":
+            time.sleep(parameters.seconds)
             raise AlgorithmError("The geometry is singular.", time_s=3.0, remedy="Add a station.", code="singular")
         case "bug":
             raise ZeroDivisionError("nobody thought of this")
