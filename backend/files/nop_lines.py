@@ -52,7 +52,7 @@ def _parse(line: str) -> PositionReport | Problem:
         return Problem("missing_value", f"no altitude ({altitude or 'empty'})")
     for cell, value in zip((altitude, cells[12], cells[13]), values, strict=True):
         if value is None:
-            return Problem("not_a_number", f"{cell!r} is not a number")
+            return Problem("not_a_number", f"holds {cell!r}, which is not a number")
     if not track:
         return Problem("missing_value", "no number of a track")
     flight_level, latitude, longitude = (v for v in values if v is not None)

@@ -46,7 +46,7 @@ def _parse(line: str) -> PositionReport | Problem:
     values = [number(cell) for cell in place]
     for cell, value in zip(place, values, strict=True):
         if value is None:
-            return Problem("not_a_number", f"{cell!r} is not a number")
+            return Problem("not_a_number", f"holds {cell!r}, which is not a number")
     latitude, longitude, feet = (v for v in values if v is not None)
     return PositionReport(second, microsecond, name, latitude, longitude, feet * FOOT_M)
 

@@ -20,7 +20,6 @@ export default {
   "no altitude ({1})": "нет высоты ({1})",
   "no number of a track": "нет номера трассы",
   "{1} {2} is no date with a time such as 03/24/2018 14:47:52.471": "{1} {2} — не дата со временем вида 03/24/2018 14:47:52.471",
-  "{1} is not a number": "{1} — не число",
   "no name of the vehicle": "нет имени борта",
   "{1} is no date with a time (ISO 8601)": "{1} — не дата со временем (ISO 8601)",
   "{1} {2} must lie between {3} and {4}": "{1} {2}: должно быть в пределах от {3} до {4}",
