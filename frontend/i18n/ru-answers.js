@@ -237,4 +237,10 @@ export default {
   "{1} should have at most {2} items after validation, not {3}.": "Не больше {2} элементов, а не {3}.",
   "The measurements of {1} are in a local frame without a place on the globe.": "Измерения {1} – в местной системе координат, у которой нет места на глобусе.",
   "Give the site an origin, or read the recording again with the option origin.": "Задайте начало координат у позиции или прочитайте запись заново с параметром origin.",
+
+  "The covariance of the difference of two points is singular.": "Ковариация разности двух точек вырождена.",
+  "Look at the accuracies of range and azimuth: one is many orders of magnitude from the other.": "Проверьте точности дальности и азимута: они различаются на много порядков.",
+  "There is no conversion {1}.": "Преобразования {1} нет.",
+  "The decorrelated conversion takes its covariance from a prediction, and there is none.": "Декоррелированное преобразование берёт ковариацию из экстраполяции, а её нет.",
+  "Use mucm for plots that belong to no track yet.": "Для отметок, ещё не вошедших в трассу, подходит mucm.",
 };
