@@ -17,7 +17,7 @@ from backend.db.blobs import referenced_blobs
 from backend.db.engine import Database
 from backend.files.store import Store
 from backend.settings import Settings
-from tests.api.conftest import ServerProcess, problem, start_server
+from tests.api.conftest import FINAL, ServerProcess, problem, start_server
 from tests.recovery.conftest import PLUGIN, wait_for
 from tests.recovery.disks import filled, read_only, small_disk
 
@@ -145,6 +145,30 @@ def test_a_run_that_cannot_be_stored_fails_with_the_reason(
     assert "Free space" in run["error"]["remedy"]
     wait_for(lambda: not orphans(server), "finished blocks are gone", 10)
     state(client, queue(client, recording_id, {}, {}).json()["id"], "succeeded")
+
+
+@pytest.mark.parametrize("room", [2**15, 2**16, 2**17, 2**18, 2**19], ids="{} bytes left".format)
+def test_wherever_a_run_finds_no_room_it_ends_and_leaves_nothing(
+    server: ServerProcess, client: httpx2.Client, room: int
+) -> None:
+    """At its row, its start, a block or its result, which is as large as all blocks together."""
+    large = upload(client, "large", 2000).json()["id"]
+    with filled(server.data, room):
+        logged = len(server.log.read_text())
+        answer = queue(client, large, {}, {})
+        if answer.status_code == 507:
+            problem(answer, 507, "disk_full")
+        else:
+            where = f"/api/v1/runs/{answer.json()['id']}"
+            wait_for(
+                lambda: client.get(where).json()["state"] in FINAL or "disk" in server.log.read_text()[logged:],
+                "it ends, or the log says why it cannot",
+            )
+    if answer.status_code != 507:
+        run = state(client, answer.json()["id"], *FINAL)
+        assert run["state"] == "succeeded" or run["error"]["code"] == "disk_full", run["error"]
+    wait_for(lambda: not orphans(server), "nothing is left", 10)
+    state(client, queue(client, large, {}, {}).json()["id"], "succeeded")
 
 
 def test_the_log_of_the_server_has_no_traceback_for_it(server: ServerProcess, client: httpx2.Client) -> None:
