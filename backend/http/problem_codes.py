@@ -121,7 +121,10 @@ PROBLEMS: dict[str, Kind] = {
     "site_mismatch": Kind("Site and recording do not fit", "Their stations differ in names or order."),
     "start_covariance": Kind("The start cannot be used", "Its covariance is not symmetric and positive definite."),
     "unknown_algorithm": Kind("A worker does not know the algorithm", "Its version differs from the server's."),
-    "out_of_memory": Kind("A worker ran out of memory", "Use a shorter recording, or fewer workers."),
+    "out_of_memory": Kind(
+        "A worker ran out of memory",
+        "Use a shorter recording, or fewer workers; the limit is FILTERROOM_WORKER_MEMORY_BYTES.",
+    ),
     "worker_died": Kind("A worker died", "Most often for want of memory."),
     # Reading files.
     "no_file": Kind("There is no file", "An upload needs at least one field `file`."),
