@@ -13,7 +13,7 @@ from pathlib import Path
 
 # The rest is for the server, the reader of uploads and the system's cache of files.
 SHARE = 0.8
-# Below this not even the libraries and the compiler of the kernels would find room.
+# Compiling the kernels takes three quarters of this.
 SMALLEST = 2**30
 _STATM_DATA = 5
 

@@ -15,7 +15,7 @@ from backend.jobs.worker_memory import SMALLEST, memory_of_worker
 from tests.recovery.conftest import House, settle, wait_for
 
 pytestmark = pytest.mark.recovery
-LIMIT = 2**29
+LIMIT = 2**30
 GREEDY = """
 import sys
 import numpy as np
