@@ -64,7 +64,7 @@ class Settings(BaseSettings):
     workers: int = Field(default_factory=lambda: os.cpu_count() or 1, ge=1, le=1024)
     """Local worker processes; one thread each."""
     worker_memory_bytes: int | None = Field(default=None, ge=2**30)
-    """Memory that one local worker may take, bytes, 1 GiB at least; by default its part of four fifths of the machine's."""
+    """Memory that one local worker may take, bytes, 1 GiB at least; by default its part of four fifths of all."""
     max_upload_bytes: int = Field(default=256 * 2**20, ge=1024)
     """Largest body of an upload, bytes."""
     max_json_bytes: int = Field(default=2**20, ge=1024)
