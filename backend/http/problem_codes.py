@@ -163,6 +163,7 @@ PROBLEMS: dict[str, Kind] = {
     "site_kind": Kind("The site is for another kind of recording", "The detail says what is needed."),
     "site_large": Kind("The site is too large", "Keep only the stations in use."),
     "station_unknown": Kind("Stations are not in the site", "Names in recording and site must be the same."),
+    "truth_only": Kind("The file holds paths, not measurements", "Give it as `truth` beside the measurements."),
     "edition_unknown": Kind("There is no such edition", "The detail lists the editions that are known."),
     "no_asterix": Kind("The capture carries no ASTERIX", "Capture the ports of the radar."),
     "period_unknown": Kind("Nothing tells the period of a turn", "Give `scan_period_s`."),
