@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,6 +10,8 @@ from playwright.sync_api import Locator, Page
 
 _READ = """(panel) => {
   const gd = panel.querySelector('.plot');
+  // Between two figures the plot is taken away for a moment.
+  if (!gd?._fullLayout) return null;
   const full = gd._fullLayout;
   const length = (trace) => trace.x ? trace.x.length : 0;
   return {
@@ -58,4 +61,8 @@ def drawn(page: Page, heading: str) -> Drawn:
     panel = panel_of(page, heading)
     panel.scroll_into_view_if_needed()
     page.locator("chart-panel[data-drawn]").filter(has=page.get_by_role("heading", name=heading)).wait_for()
-    return Drawn(panel.evaluate(_READ))
+    deadline = time.monotonic() + 45
+    while (values := panel.evaluate(_READ)) is None:
+        assert time.monotonic() < deadline, f"{heading} is not drawn"
+        page.wait_for_timeout(50)
+    return Drawn(values)
