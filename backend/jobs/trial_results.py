@@ -60,6 +60,7 @@ def compose(plan: TrialsPlan, blocks: Mapping[int, Arrays], study: str | None = 
         {
             **entry,
             "tables": {**entry["tables"], **({"curves": count} if (count := counts["curves"][entry["label"]]) else {})},
+            "notes": [*entry["notes"], *_thinned(plan)],
             "seconds": _seconds(plan, blocks, entry["label"]),
             "variants": len(examples[entry["label"]][1]),
             "settings": _settings(examples[entry["label"]]),
@@ -284,9 +285,11 @@ def _claims(study: str, tables: list[StoredTable], curves: Table) -> StoredTable
 
 
 def _single_values(plan: TrialsPlan, statistics: Mapping[int, Running], label: str) -> dict[str, NDArray[Any]]:
-    """Kept single values of a label, (cell, instant, trial), with what its cells are and which instants were kept."""
-    out: dict[str, NDArray[Any]] = {}
-    values: dict[str, list[NDArray[np.float32]]] = {}
+    """Kept single values of a label: (cell, instant, trial), with what its cells are and which instants were kept.
+
+    Cells of different length cannot stand in one array: then each has its own, under its number.
+    """
+    values: dict[str, list[NDArray[Any]]] = {}
     cells = []
     for cell, k, variant, running in _lines(plan, statistics):
         if variant.label == label:
@@ -294,12 +297,15 @@ def _single_values(plan: TrialsPlan, statistics: Mapping[int, Running], label: s
             axes = running.axes(k)
             for name, array in running.sample_arrays(k).items():
                 values.setdefault(name, []).append(array)
-            out[f"{label}/trials/kept_time_s"] = axes.time_s[axes.kept]
+            values.setdefault("kept_time_s", []).append(axes.time_s[axes.kept])
+    out: dict[str, NDArray[Any]] = {f"{label}/trials/cells": json_array(finite(cells))}
     for name, arrays in values.items():
-        if len({a.shape for a in arrays}) == 1:
+        if name == "kept_time_s" and all(np.array_equal(a, arrays[0]) for a in arrays):
+            out[f"{label}/trials/{name}"] = arrays[0]
+        elif len({a.shape for a in arrays}) == 1 and name != "kept_time_s":
             out[f"{label}/trials/{name}"] = np.stack(arrays)
-    if cells:
-        out[f"{label}/trials/cells"] = json_array(finite(cells))
+        else:
+            out |= {f"{label}/trials/{name}/{i}": array for i, array in enumerate(arrays)}
     return out
 
 
@@ -310,6 +316,14 @@ def _examples(plan: TrialsPlan, arrays: Arrays) -> dict[str, tuple[Outcome, list
         example = outcome_of(_under(arrays, f"array/{k}/example/"))
         out.setdefault(variant.label, (example, []))[1].append(example.settings)
     return out
+
+
+def _thinned(plan: TrialsPlan) -> list[dict[str, Any]]:
+    """Say where medians and quantiles are not of every instant."""
+    if plan.keep_every == 1:
+        return []
+    detail = f"Medians and other quantiles are of one instant in {plan.keep_every}: the values of all are too many."
+    return [{"code": "quantiles_thinned", "detail": detail, "count": plan.keep_every}]
 
 
 def _seconds(plan: TrialsPlan, blocks: Mapping[int, Arrays], label: str) -> float:

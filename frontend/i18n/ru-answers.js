@@ -243,4 +243,5 @@ export default {
   "There is no conversion {1}.": "Преобразования {1} нет.",
   "The decorrelated conversion takes its covariance from a prediction, and there is none.": "Декоррелированное преобразование берёт ковариацию из экстраполяции, а её нет.",
   "Use mucm for plots that belong to no track yet.": "Для отметок, ещё не вошедших в трассу, подходит mucm.",
+  "Medians and other quantiles are of one instant in {1}: the values of all are too many.": "Медианы и другие квантили взяты по одному моменту из {1}: значений всех моментов слишком много.",
 };

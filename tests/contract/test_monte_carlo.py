@@ -157,3 +157,17 @@ def test_a_table_of_a_cell_survives_the_file(composed: Callable[..., Any]) -> No
     curves = Table.from_arrays(arrays, f"tables/curves/{algorithm.name}")
     assert {"target", "time_s", "trials", "bound_horizontal_m"} <= set(curves.names)
     assert replace(curves) == curves
+
+
+def test_cells_of_different_length_keep_their_values_and_thinning_is_told() -> None:
+    algorithm, scenario = PAIRS[0].values
+    entries = [Entry(algorithm.name, algorithm.name, {})]
+    plan = trials_plan(
+        {"preset": scenario.name, "parameters": {"legs": []}}, entries, {"scenario.duration_s": [12.0, 24.0]},
+        trials=3, batches_per_task=1, keep_every=2,
+    )  # fmt: skip
+    composed = trial_results.compose(plan, blocks_of(plan))
+    kept = [composed.arrays[f"{algorithm.name}/trials/horizontal_m/{i}"].shape for i in range(2)]
+    assert kept == [(7, 3), (13, 3)]
+    assert [len(composed.arrays[f"{algorithm.name}/trials/kept_time_s/{i}"]) for i in range(2)] == [7, 13]
+    assert [n["code"] for n in composed.entries[0]["notes"]].count("quantiles_thinned") == 1

@@ -12,11 +12,11 @@ import math
 BATCH = 64
 # Work of one task: a worker that dies, or a user who cancels, loses at most this.
 TASK_S = 0.5
-# What one instant of one trial costs one algorithm, s, where nothing better is known.
+# What one instant of one trial costs one algorithm, s: about right for a filter.
 INSTANT_S = 1e-6
 
 
-def batches_per_task(trials: int, instants: int, algorithms: int, instant_s: float = INSTANT_S) -> int:
+def batches_per_task(trials: int, instants: int, algorithms: int) -> int:
     """Return how many batches of trials make a task of about half a second.
 
     Parameters
@@ -24,9 +24,8 @@ def batches_per_task(trials: int, instants: int, algorithms: int, instant_s: flo
     trials : of the run
     instants : rows of the simulated recording
     algorithms : entries that filter the same draws
-    instant_s : cost of one instant of one trial in one algorithm, s
     """
-    batch_s = max(instants, 1) * BATCH * max(algorithms, 1) * instant_s
+    batch_s = max(instants, 1) * BATCH * max(algorithms, 1) * INSTANT_S
     return max(1, min(round(TASK_S / batch_s), math.ceil(trials / BATCH)))
 
 
