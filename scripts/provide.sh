@@ -13,6 +13,8 @@ export PATH
 
 # Without byte code the first import of the scientific libraries takes many seconds.
 export UV_COMPILE_BYTECODE=1
+# A busy machine may take longer than a minute for one of the large generated files.
+export UV_COMPILE_BYTECODE_TIMEOUT="${UV_COMPILE_BYTECODE_TIMEOUT:-900}"
 # uv would otherwise install another Python where the machine's own is wanted.
 export UV_PYTHON_DOWNLOADS=never
 # The machine's own certificates hold for every client, as behind a company's proxy they must.

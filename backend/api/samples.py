@@ -1,9 +1,14 @@
-"""The bundled sample: a recording and a run on it, so that a new user sees tracks before having any file at hand."""
+"""The bundled samples: a recording of each family and a run on it, so that a new user sees results at once.
+
+To add one, put its files into `examples/recordings/` (made by `examples/make_samples.py`) and a line into `SAMPLES`.
+"""
 
 from __future__ import annotations
 
 import logging
 import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from algorithms.errors import FilterRoomError
@@ -16,43 +21,70 @@ from backend.http.problems import ProblemError
 
 logger = logging.getLogger("filterroom.samples")
 
+
+@dataclass(frozen=True)
+class Sample:
+    """A bundled recording (part of the upload: file) and the run on it."""
+
+    name: str
+    files: Mapping[str, str]
+    algorithms: tuple[str, ...]
+    label: str
+
+
+# The last one stands at the top of the list of runs.
+SAMPLES = (
+    Sample(
+        name="marks",
+        files={"file": "sample_marks.csv", "site": "sample_site.json"},
+        algorithms=("single_mark", "rdf", "rdfv"),
+        label="Sample: three algorithms on simulated marks",
+    ),
+)
+
 _BACKEND = Path(__file__).resolve().parent.parent
-_FILES = {"file": "sample_marks.csv", "site": "sample_site.json"}
-_ALGORITHMS = ("single_mark", "rdf", "rdfv")
+# Holds the names of what was imported, one a line.
 _MARKER = "samples-imported"
 
 
 def sample_folder() -> Path:
-    """Return the folder of the sample: inside the package in a wheel, at the top of a checkout."""
+    """Return the folder of the samples: inside the package in a wheel, at the top of a checkout."""
     installed = _BACKEND / "samples"
     return installed if installed.is_dir() else _BACKEND.parent / "examples" / "recordings"
 
 
 def import_samples(services: Services) -> None:
-    """Upload the sample and run three algorithms on it, once in the life of a data folder.
+    """Upload each sample and run its algorithms on it, once in the life of a data folder.
 
-    Goes the way of every upload and every run. A failure is logged: the server works without a sample.
+    Goes the way of every upload and every run. A failure is logged: the server works without samples.
     """
     marker = services.settings.data_dir / _MARKER
-    if marker.exists():
-        return
-    try:
-        with received() as parts:
-            for name, file_name in _FILES.items():
-                path = services.store.temporary()
-                shutil.copyfile(sample_folder() / file_name, path)
-                parts.items.append(Part(name, file_name, path, path.stat().st_size))
-            recording = uploads.from_form(services, parts).recording
-        queue_run(
-            services,
-            RunIn(
-                algorithms=[EntryIn(name=name) for name in _ALGORITHMS],
-                recording_id=recording.id,
-                label="Sample: three algorithms on simulated marks",
-                tags=["sample"],
-            ),
-        )
-    except (FilterRoomError, ProblemError, OSError):
-        logger.exception("the sample could not be imported")
-        return
-    marker.touch()
+    known = marker.read_text("utf-8").split() if marker.exists() else []
+    for sample in SAMPLES:
+        if sample.name in known:
+            continue
+        try:
+            _import(services, sample)
+        except (FilterRoomError, ProblemError, OSError):
+            logger.exception("the sample %s could not be imported", sample.name)
+            continue
+        known.append(sample.name)
+        marker.write_text("\n".join(known) + "\n", "utf-8")
+
+
+def _import(services: Services, sample: Sample) -> None:
+    with received() as parts:
+        for name, file_name in sample.files.items():
+            path = services.store.temporary()
+            shutil.copyfile(sample_folder() / file_name, path)
+            parts.items.append(Part(name, file_name, path, path.stat().st_size))
+        recording = uploads.from_form(services, parts).recording
+    queue_run(
+        services,
+        RunIn(
+            algorithms=[EntryIn(name=name) for name in sample.algorithms],
+            recording_id=recording.id,
+            label=sample.label,
+            tags=["sample"],
+        ),
+    )

@@ -1,4 +1,4 @@
-"""Find the charts: every module of this package with a constant `CHART`."""
+"""Find the charts: every module of this package and of its folders (one a family) with a constant `CHART`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from backend.charts.view import Chart, Source
 def charts(source: Source) -> Mapping[str, Chart]:
     """Charts of runs or of recordings by name. A name given twice is an error at start."""
     found: dict[str, Chart] = {}
-    for module in pkgutil.iter_modules(backend.charts.__path__, "backend.charts."):
+    for module in pkgutil.walk_packages(backend.charts.__path__, "backend.charts."):
         declared = getattr(importlib.import_module(module.name), "CHART", None)
         if isinstance(declared, Chart) and declared.source == source:
             if declared.name in found:

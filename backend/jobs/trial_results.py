@@ -8,6 +8,7 @@ first trial of the first cell as an example.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from algorithms.errors import AlgorithmError
 from algorithms.registry import studies_by_name
-from algorithms.result import Column, Metric, Table
+from algorithms.result import Column, Metric, Note, Table
 from algorithms.studies import StudyRun
 from algorithms.toolbox.monte_carlo.running import Running
 from algorithms.toolbox.monte_carlo.sums import Sums
@@ -323,7 +324,7 @@ def _thinned(plan: TrialsPlan) -> list[dict[str, Any]]:
     if plan.keep_every == 1:
         return []
     detail = f"Medians and other quantiles are of one instant in {plan.keep_every}: the values of all are too many."
-    return [{"code": "quantiles_thinned", "detail": detail, "count": plan.keep_every}]
+    return [asdict(Note("quantiles_thinned", detail, plan.keep_every))]
 
 
 def _seconds(plan: TrialsPlan, blocks: Mapping[int, Arrays], label: str) -> float:

@@ -5,16 +5,17 @@ from __future__ import annotations
 import hashlib
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from algorithms.errors import RunCancelled
+from algorithms.errors import InputError, RunCancelled
 from algorithms.recording import Recording
 from algorithms.references import REFERENCES
 from algorithms.registry import algorithms_by_name, scenarios_by_name
-from algorithms.result import Result
+from algorithms.result import Output, Result
 from algorithms.spec import Algorithm, LocalContext
 
 ALGORITHMS = list(algorithms_by_name().values())
@@ -22,6 +23,9 @@ SCENARIOS = list(scenarios_by_name().values())
 GROUPS = {"measurement", "motion", "association", "start", "output"}
 
 each_algorithm = pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda a: a.name)
+each_of_marks = pytest.mark.parametrize(
+    "algorithm", [a for a in ALGORITHMS if a.family == "multilateration"], ids=lambda a: a.name
+)
 
 
 def recordings(algorithm: Algorithm, trials: tuple[int, ...] = (0,), rows: int = 120) -> list[Recording]:
@@ -72,17 +76,48 @@ def test_outputs_are_as_declared(algorithm: Algorithm) -> None:
         for output in algorithm.outputs:
             array = result.arrays[output.name]
             assert array.ndim == len(output.axes), output.name
-            if output.categories:
+            if output.categories and array.size:
                 assert array.min() >= 0
                 assert array.max() < len(output.categories)
             if array.dtype.kind == "f":
                 assert not np.isinf(array).any(), output.name
-        if "covariance" in result.arrays:
-            p = np.moveaxis(result.arrays["covariance"], -1, 1)[..., ::3, ::3].reshape(-1, 3, 3)
-            p = p[np.isfinite(p).all(axis=(1, 2))]
-            assert len(p)
-            assert (p == p.transpose(0, 2, 1)).all(), "symmetric to the bit"
-            assert (np.linalg.eigvalsh(p)[:, 0] > 0).all()
+            if output.axes.count("component") == 2:
+                assert_covariances(matrices(output, array), output.name)
+            if output.unit == "probability":
+                assert_probabilities(output, array)
+
+
+def matrices(output: Output, array: np.ndarray) -> np.ndarray:
+    """Matrices of an output with two axes `component`, one after the other, of the components that it knows."""
+    first = output.axes.index("component")
+    assert output.axes[first + 1] == "component", "the two axes of a matrix stand side by side"
+    p = np.moveaxis(array, (first, first + 1), (-2, -1))
+    n = p.shape[-1]
+    p = p.reshape(-1, n, n)
+    known = np.isfinite(np.diagonal(p, axis1=1, axis2=2)).any(axis=0)
+    p = p[:, known][:, :, known]
+    return p[np.isfinite(p).all(axis=(1, 2))]
+
+
+def assert_covariances(p: np.ndarray, name: str) -> None:
+    assert len(p), name
+    assert (p == p.transpose(0, 2, 1)).all(), f"{name}: symmetric to the bit"
+    variances = np.diagonal(p, axis1=1, axis2=2)
+    assert (variances >= 0).all(), name
+    # Correlations, because the components have different units; a start may be certain of a component.
+    scale = np.sqrt(np.where(variances > 0, variances, 1.0))
+    correlation = p / scale[:, :, None] / scale[:, None, :]
+    assert (np.linalg.eigvalsh(correlation)[:, 0] > -1e-9).all(), name
+
+
+def assert_probabilities(output: Output, array: np.ndarray) -> None:
+    """Probabilities lie between 0 and 1; over an axis `model` or `candidate` they sum to one."""
+    known = array[np.isfinite(array)]
+    assert ((known >= 0) & (known <= 1 + 1e-12)).all(), output.name
+    for axis in ("model", "candidate"):
+        if axis in output.axes:
+            total = array.sum(axis=output.axes.index(axis))
+            assert np.allclose(total[np.isfinite(total)], 1.0, atol=1e-9), output.name
 
 
 @each_algorithm
@@ -93,7 +128,11 @@ def test_tables_and_metrics(algorithm: Algorithm) -> None:
         for name, table in tables.items():
             assert len({len(c) for c in table.columns.values()}) == 1, name
             assert list(table.rows()) == list(type(table).from_arrays(table.to_arrays("t"), "t").rows())
-        assert {"states", "tracks", "decisions", "errors"} <= set(tables)
+        assert {"decisions", "associations"} & set(tables), "every algorithm tells what it decided"
+        if "states" in tables and recording.has_truth:
+            assert "errors" in tables
+        if algorithm.family == "multilateration":
+            assert {"states", "tracks", "decisions", "errors"} <= set(tables)
         metrics = algorithm.measure(recording, result)
         assert len({(m.metric, m.target, m.segment) for m in metrics}) == len(metrics)
         for m in metrics:
@@ -167,12 +206,14 @@ def test_empty_and_single_rows(algorithm: Algorithm) -> None:
         result = run(algorithm, part)
         algorithm.tabulate(part, result)
         algorithm.measure(part, result)
-        assert len(result.arrays["row"]) == rows
+        for output in algorithm.outputs:
+            if output.axes[0] == "mark":
+                assert len(result.arrays[output.name]) == rows, output.name
 
 
 @each_algorithm
 def test_bounds_end_points_work(algorithm: Algorithm) -> None:
-    """The smallest and largest allowed value of every number runs without an error or an infinity."""
+    """The smallest and largest allowed value of every number gives no infinity, or says what is wrong with it."""
     recording = recordings(algorithm, rows=40)[0]
     for name, field in algorithm.parameters.model_json_schema()["properties"].items():
         numbers = [f for f in [field, *field.get("anyOf", ())] if f.get("type") in ("number", "integer")]
@@ -181,11 +222,22 @@ def test_bounds_end_points_work(algorithm: Algorithm) -> None:
             if "exclusiveMinimum" in f:
                 ends.append(f["exclusiveMinimum"] + 1e-6)
             for value in ends:
-                result = algorithm.run(recording, algorithm.parameters(**{name: value}), LocalContext())
-                assert not np.isinf(result.arrays["state"]).any(), (name, value)
+                refusal, arrays = ran(algorithm, recording, **{name: value})
+                assert refusal is None or refusal.remedy, (name, value)
+                for output, array in arrays.items():
+                    assert array.dtype.kind != "f" or not np.isinf(array).any(), (name, value, output)
 
 
-@each_algorithm
+def ran(
+    algorithm: Algorithm, recording: Recording, **parameters: float
+) -> tuple[InputError | None, Mapping[str, np.ndarray]]:
+    try:
+        return None, algorithm.run(recording, algorithm.parameters(**parameters), LocalContext()).arrays
+    except InputError as error:
+        return error, {}
+
+
+@each_of_marks
 def test_targets_are_kept_apart(algorithm: Algorithm) -> None:
     """Two emitters in one recording give what each gives alone."""
     one = recordings(algorithm)[0]

@@ -63,8 +63,10 @@ def test_the_default_is_of_its_kind_and_has_truth_and_site(scenario: Scenario) -
     recording = scenario.simulate(scenario.parameters(), (0,), 1)
     assert recording.kind == scenario.kind
     assert recording.site is not None
-    assert np.isfinite(recording.truth_m).all()
-    assert np.isfinite(recording.truth_velocity_mps).all()
+    true = np.isfinite(recording.truth_m).all(axis=1)
+    assert np.isfinite(recording.truth_velocity_mps[true]).all()
+    # False plots have no truth; every target has, at each of its instants or at most of them.
+    assert all(true[recording.rows_of(i)].mean() > 0.5 for i in range(len(recording.targets)))
     assert (np.diff(recording.time_s) >= 0).all()
     for leg in scenario.legs(scenario.parameters()):
         assert ((recording.time_s >= leg.start_s) & (recording.time_s < leg.stop_s)).any(), leg
@@ -96,7 +98,7 @@ def test_no_trials_give_instants_and_truth(scenario: Scenario) -> None:
 
 @each_scenario
 def test_the_ends_of_every_bound_work_or_say_why_not(scenario: Scenario) -> None:
-    assert len(scalars(scenario)) > 10
+    assert len(scalars(scenario)) > 5
     for name, bounds in scalars(scenario):
         least = bounds.get("minimum", bounds.get("exclusiveMinimum"))
         most = bounds.get("maximum", bounds.get("exclusiveMaximum"))
@@ -124,7 +126,7 @@ def test_every_text_has_russian_words(scenario: Scenario, repository: Path) -> N
     texts = "".join(path.read_text("utf-8") for path in sorted((repository / "frontend" / "i18n").glob("ru*.js")))
     said = [scenario.title, scenario.summary]
     schema = scenario.parameters.schema_for_forms()
-    for model in (schema, *schema["$defs"].values()):
+    for model in (schema, *schema.get("$defs", {}).values()):
         for field in model["properties"].values():
             said += [field["title"], field["description"], *field.get("choices", {}).values()]
             assert f'"group.{field["group"]}": ' in texts, field["title"]
@@ -137,5 +139,5 @@ def test_it_and_every_field_is_documented(scenario: Scenario, repository: Path) 
     assert f"\n| `{scenario.name}` | " in page
     schema = scenario.parameters.schema_for_forms()
     assert [name for name in schema["properties"] if f"\n| `{name}` | " not in page] == []
-    nested = {name for model in schema["$defs"].values() for name in model["properties"]}
+    nested = {name for model in schema.get("$defs", {}).values() for name in model["properties"]}
     assert {name for name in nested if f"`{name}`" not in page} == set()
