@@ -53,13 +53,16 @@ def parameter(
     from_site: str = "",
     fallback: Any = None,
     choices: Mapping[str, str] | None = None,
+    labels_from: str = "",
+    row_sum: float | None = None,
     **bounds: Any,
 ) -> Any:
     """Declare one parameter: a pydantic field whose JSON schema carries what a form needs.
 
     `group` is one of measurement, motion, association, start, output. `from_site` names the site's field that is
     the default where the run gives None; `fallback` is used (and shown as placeholder) where the site has none.
-    `choices` maps each allowed word to its meaning.
+    `choices` maps each allowed word to its meaning. A square matrix takes the names of its rows and columns from the
+    list that is the parameter `labels_from`; each of its rows must sum to `row_sum`.
     """
     extra: dict[str, Any] = {"unit": unit, "symbol": symbol, "group": group, "advanced": advanced}
     if from_site:
@@ -68,6 +71,10 @@ def parameter(
         extra["fallback"] = fallback
     if choices is not None:
         extra["choices"] = dict(choices)
+    if labels_from:
+        extra["labels_from"] = labels_from
+    if row_sum is not None:
+        extra["row_sum"] = row_sum
     return Field(default, title=title, json_schema_extra=extra, **bounds)
 
 

@@ -172,6 +172,8 @@ export interface ParameterSchema {
   from_site?: string;
   fallback?: unknown;
   choices?: Record<string, string>;
+  labels_from?: string;
+  row_sum?: number;
   items?: ParameterSchema;
   properties?: Record<string, ParameterSchema>;
 }

@@ -5,12 +5,14 @@
 import { define, h, put, uniqueId } from "../js/dom.js";
 import { t, told } from "../js/i18n.js";
 import { fieldsOf, placeholderOf, rangeOf, readField } from "../js/schema.js";
+import { MatrixEditor } from "./matrix-editor.js";
+import { RowsEditor } from "./rows-editor.js";
 import { copyText } from "./toast-area.js";
 
 /** @import { ParametersSchema, Site } from "../types.d.ts" */
 /** @import { FieldSpec } from "../js/schema.js" */
 
-/** @typedef {{root: HTMLElement, input: HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement, refresh: () => void}} FieldView */
+/** @typedef {{root: HTMLElement, input: HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement | MatrixEditor | RowsEditor, refresh: () => void}} FieldView */
 
 export class ParameterForm extends HTMLElement {
   /** @type {ParametersSchema} */
@@ -109,7 +111,8 @@ export class ParameterForm extends HTMLElement {
     const hint = h("span", { class: "hint", id: `${id}-hint` });
     const error = h("span", { class: "error", id: `${id}-error`, hidden: true });
     const unit = field.unit && field.type !== "choice" && field.type !== "boolean";
-    const root = h("div", { class: "field", data: { name: field.name } },
+    const wide = field.type === "matrix" || field.type === "rows";
+    const root = h("div", { class: wide ? "field wide" : "field", data: { name: field.name } },
       h("div", { class: "name" },
         h("label", { for: id }, field.title),
         field.symbol ? symbolOf(field.symbol) : null,
@@ -119,16 +122,18 @@ export class ParameterForm extends HTMLElement {
     const refresh = () => {
       const typed = this.texts[field.name] ?? "";
       const wrong = readField(field, typed).error;
-      const message = wrong ? t(`field.${wrong}`, { range: rangeOf(field), unit: field.unit }) : this.told.get(field.name);
+      // The matrix itself says which row.
+      const message = wrong === "row_sum" ? "" : wrong ? t(`field.${wrong}`, { range: rangeOf(field), unit: field.unit }) : this.told.get(field.name);
       dot.hidden = reset.hidden = !typed;
       error.hidden = !message;
       error.textContent = message ?? "";
-      input.setAttribute("aria-invalid", String(Boolean(message)));
+      input.setAttribute("aria-invalid", String(Boolean(wrong || message)));
       input.setAttribute("aria-describedby", message ? error.id : hint.id);
       hint.textContent = this.hintOf(field, typed);
       hint.title = words(field.description);
+      if (input instanceof MatrixEditor) input.setNames(this.namesOf(field));
       if (input instanceof HTMLSelectElement) this.showDefault(field, input);
-      else input.placeholder = placeholderOf(field, this.site).text;
+      else if (!(input instanceof MatrixEditor || input instanceof RowsEditor)) input.placeholder = placeholderOf(field, this.site).text;
     };
     this.views.set(field.name, { root, input, refresh });
     refresh();
@@ -147,9 +152,35 @@ export class ParameterForm extends HTMLElement {
       const words = (/** @type {string} */ one) => (field.type === "boolean" ? t(one === "true" ? "form.yes" : "form.no") : one);
       return h("select", { id, value, oninput: onchange }, h("option", { value: "" }), choices.map((one) => h("option", { value: one }, words(one))));
     }
+    if (field.type === "matrix" || field.type === "rows") return this.list(field, value, onchange);
     if (field.type === "json") return h("textarea", { id, value, rows: 2, spellcheck: "false", oninput: onchange });
     const room = field.unit ? `padding-right: ${field.unit.length + 2}ch` : null;
     return h("input", { id, value, type: "text", inputmode: field.type === "text" ? null : "decimal", autocomplete: "off", style: room, oninput: onchange });
+  }
+
+  /**
+   * A list that is edited as a table.
+   * @param {FieldSpec} field
+   * @param {string} value
+   * @param {(event: Event) => void} onchange
+   */
+  list(field, value, onchange) {
+    const editor = field.type === "matrix" ? new MatrixEditor() : new RowsEditor();
+    editor.label = field.title;
+    if (Array.isArray(field.default)) editor.default = field.default;
+    if (editor instanceof RowsEditor) editor.schema = field.rowSchema;
+    else editor.rowSum = field.rowSum;
+    editor.value = value;
+    editor.addEventListener("input", onchange);
+    return editor;
+  }
+
+  /** Names of a matrix' rows: the single values of the rows of another field, as in "cv 0.05". @param {FieldSpec} field */
+  namesOf(field) {
+    const other = (this.fields ?? []).find((one) => one.name === field.labelsFrom);
+    if (!other) return [];
+    const rows = readField(other, this.texts[other.name] ?? "").value ?? other.default;
+    return Array.isArray(rows) ? rows.map((row) => Object.values(row ?? {}).filter((one) => typeof one !== "object").map(String).join(" ")) : [];
   }
 
   /** Name the default in the empty choice. @param {FieldSpec} field @param {HTMLSelectElement} select */
@@ -182,6 +213,7 @@ export class ParameterForm extends HTMLElement {
     this.texts[field.name] = text;
     this.told.delete(field.name);
     this.views.get(field.name)?.refresh();
+    for (const other of this.fields ?? []) if (other.labelsFrom === field.name) this.views.get(other.name)?.refresh();
     this.showJson();
     this.onchanged();
   }

@@ -2,6 +2,7 @@
 // From an algorithm's JSON schema to the fields of its form, and from what was typed back to parameters.
 
 import { said } from "./i18n.js";
+import { wrongRows } from "./matrix.js";
 import { parseNumber, formatCount, formatExact } from "./numbers.js";
 
 /** @import { ParameterSchema, ParametersSchema, Site, FieldError } from "../types.d.ts" */
@@ -15,7 +16,7 @@ import { parseNumber, formatCount, formatExact } from "./numbers.js";
  * @property {string} symbol
  * @property {string} group
  * @property {boolean} advanced
- * @property {"number" | "integer" | "boolean" | "choice" | "text" | "json"} type
+ * @property {"number" | "integer" | "boolean" | "choice" | "text" | "matrix" | "rows" | "json"} type
  * @property {boolean} nullable
  * @property {unknown} default
  * @property {string} fromSite
@@ -25,6 +26,9 @@ import { parseNumber, formatCount, formatExact } from "./numbers.js";
  * @property {number | null} most
  * @property {boolean} leastOpen whether the lower bound itself is excluded
  * @property {boolean} mostOpen
+ * @property {string} labelsFrom the field whose rows name the rows and columns of a matrix
+ * @property {number | null} rowSum what each row of a matrix must sum to
+ * @property {ParametersSchema} rowSchema the fields of one row of a list
  */
 
 /** The order in which the groups of parameters stand in every form. */
@@ -60,6 +64,7 @@ function fieldOf(name, property, definitions) {
     if (allowed.length) type = "choice";
     else if (main.type === "number" || main.type === "integer" || main.type === "boolean") type = main.type;
     else if (main.type === "string") type = "text";
+    else if (main.type === "array") type = listType(main, definitions);
   }
   const leastOpen = main.exclusiveMinimum ?? property.exclusiveMinimum;
   const mostOpen = main.exclusiveMaximum ?? property.exclusiveMaximum;
@@ -84,7 +89,24 @@ function fieldOf(name, property, definitions) {
     most: main.maximum ?? property.maximum ?? mostOpen ?? null,
     leastOpen: leastOpen !== undefined,
     mostOpen: mostOpen !== undefined,
+    labelsFrom: property.labels_from ?? "",
+    rowSum: property.row_sum ?? null,
+    rowSchema: { properties: resolve(main.items ?? {}, definitions).properties ?? {}, $defs: definitions },
   };
+}
+
+/**
+ * Lists that have an editor of their own: rows of numbers, and objects of single values.
+ * @param {ParameterSchema} list
+ * @param {Record<string, ParameterSchema>} definitions
+ * @returns {"matrix" | "rows" | "json"}
+ */
+function listType(list, definitions) {
+  const item = resolve(list.items ?? {}, definitions);
+  if (item.type === "array" && item.items?.type === "number") return "matrix";
+  const properties = Object.entries(item.properties ?? {});
+  const single = properties.every(([name, one]) => !["json", "matrix", "rows"].includes(fieldOf(name, one, definitions).type));
+  return item.type === "object" && properties.length > 0 && single ? "rows" : "json";
 }
 
 /**
@@ -134,7 +156,7 @@ function siteValues(site, name) {
  * Turn typed text into a parameter's value.
  * @param {FieldSpec} field
  * @param {string} text
- * @returns {{value?: unknown, error?: "not_a_number" | "not_whole" | "too_small" | "too_large" | "not_json"}}
+ * @returns {{value?: unknown, error?: "not_a_number" | "not_whole" | "too_small" | "too_large" | "not_json" | "not_complete" | "row_sum"}}
  */
 export function readField(field, text) {
   const typed = text.trim();
@@ -153,7 +175,12 @@ export function readField(field, text) {
   }
   if (field.type === "text") return { value: typed };
   try {
-    return { value: JSON.parse(typed) };
+    const value = JSON.parse(typed);
+    if (field.type === "matrix" && Array.isArray(value)) {
+      if (value.some((row) => !Array.isArray(row) || row.includes(null))) return { error: "not_complete" };
+      if (field.rowSum !== null && wrongRows(value, field.rowSum).length) return { error: "row_sum" };
+    }
+    return { value };
   } catch {
     return { error: "not_json" };
   }
