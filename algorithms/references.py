@@ -35,6 +35,7 @@ REFERENCES: dict[str, str] = {
         "A. V. Prosov. Analysis of the effect of linearisation errors of radar measurements on the reliability of "
         "associating data from spatially separated radars. 2008 (in Russian)."
     ),
+    "plots2006": ("Radar data processing algorithm for manoeuvring targets. 2006 (in Russian)."),
     "lerro1993": (
         "D. Lerro, Y. Bar-Shalom. Tracking with debiased consistent converted measurements versus EKF. IEEE Trans. "
         "AES 29 (3), 1993, pp. 1015-1022."

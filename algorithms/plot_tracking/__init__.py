@@ -1,0 +1,1 @@
+"""Tracking of manoeuvring aircraft from the plots of a rotating radar."""

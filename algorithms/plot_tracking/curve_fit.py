@@ -1,0 +1,205 @@
+"""The curve with constant acceleration and curvature through a track's plots, and what is taken where it is absurd.
+
+Differences from the paper: its two systems of eight equations in eight unknowns are singular (`base_points` shows it);
+fitted are the six parameters directly, by Levenberg and Marquardt's method from two starts.
+
+References
+----------
+plots2006, section 3; specification 4.1; more1978.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from algorithms.plot_tracking.line_fit import fit_line
+from algorithms.plot_tracking.window import Bools, Fit, Ints, Window, solved, sum_of_squares, whitened
+from algorithms.toolbox.motion.curvature import Floats, from_three_positions, with_forward_speed
+
+MOST_ITERATIONS = 40
+STEP_DONE = 1e-7
+DECREASE_DONE = 1e-10
+STEP_SMALL = 1e-3
+MOST_DAMPING = 1e12
+# Speeds below this give no direction to start from.
+LEAST_SPEED_MPS = 1.0
+LEAST_PRIOR_SPEED_MPS = 30.0
+# So many plots determine six parameters and leave two equations for a test.
+CURVE_PLOTS = 4
+
+LINE, FREE, HELD, LINE_INSTEAD = range(4)
+"""How a window was fitted: two or three plots; ML6; MAP6; a line in place of an absurd MAP6."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What an aircraft of this class can do, and how far the penalised fit expects it to go."""
+
+    max_speed_mps: float = 1000.0
+    max_acceleration_mps2: float = 10.0
+    max_normal_mps2: float = 15.0
+    sd_acceleration_mps2: float = 1.5
+    sd_normal_mps2: float = 3.0
+
+
+def fit_curve(window: Window, limits: Limits, *, penalised: bool = False) -> Fit:
+    """Curve with constant acceleration and curvature (ML6), or the same with a penalty on both (MAP6).
+
+    From two starts, a weighted quadratic and the curve through the first, the middle and the newest plot; the lower
+    minimum wins. The penalty is (a / sd_a)^2 + (K Vp^2 / sd_n)^2, Vp the speed of the straight line, at least 30 m/s.
+    A window needs four plots.
+    """
+    prior = np.zeros((2, window.rho.shape[1]))
+    if penalised:
+        speed = np.maximum(fit_line(window).p[3], LEAST_PRIOR_SPEED_MPS)
+        prior[0] = 1.0 / limits.sd_acceleration_mps2
+        prior[1] = speed**2 / limits.sd_normal_mps2
+    first = _descend(window, quadratic_start(window), prior)
+    second = _descend(window, three_point_start(window), prior)
+    other = _total(second, prior) < _total(first, prior)
+    where = np.flatnonzero(other)
+    first.put(where, second.take(where))
+    return first
+
+
+def fit(window: Window, limits: Limits, *, penalised: bool = False) -> tuple[Fit, Ints]:
+    """Fit each window as its number of plots allows, and fall back where the outcome is absurd.
+
+    Returns
+    -------
+    fit : of each window
+    how : (W,) `LINE`, `FREE` (asked for), `HELD` (asked for, or in place of an absurd free fit), `LINE_INSTEAD`
+    """
+    out = fit_line(window)
+    how = np.full(window.plots.size, LINE)
+    left = np.flatnonzero(window.plots >= CURVE_PLOTS)
+    for kind in (HELD,) if penalised else (FREE, HELD):
+        if not left.size:
+            break
+        part = window.take(left)
+        found = fit_curve(part, limits, penalised=kind == HELD)
+        sound = is_sound(part, found, limits)
+        out.put(left[sound], found.take(np.flatnonzero(sound)))
+        how[left[sound]] = kind
+        left = left[~sound]
+    how[left] = LINE_INSTEAD
+    return out, how
+
+
+def is_sound(window: Window, found: Fit, limits: Limits) -> Bools:
+    """Whether a curve can be an aircraft's: converged, within the limits, less than one full turn in the window."""
+    _, _, _, b, a, curvature = found.p
+    span = window.span_s
+    speed = np.maximum(np.abs(b), np.abs(b - a * span))
+    out: Bools = (
+        found.converged
+        & np.isfinite(found.p).all(axis=0)
+        & (np.abs(a) <= limits.max_acceleration_mps2)
+        & (np.abs(curvature) * b**2 <= limits.max_normal_mps2)
+        & (speed <= limits.max_speed_mps)
+        & (np.abs(curvature * b) * span <= 2.0 * np.pi)
+    )
+    return out
+
+
+def quadratic_start(window: Window) -> Floats:
+    """Position, velocity and acceleration of weighted quadratics in X and Y, as parameters (6, W)."""
+    x, y = window.cartesian
+    weight = window.known / (window.sigma_r**2 + (window.rho * window.sigma_th) ** 2)
+    count = window.rho.shape[1]
+    n = np.zeros((3, 3, count))
+    gx, gy = np.zeros((3, count)), np.zeros((3, count))
+    for k in range(window.rho.shape[0]):
+        to = np.stack([np.ones(count), window.t[k], 0.5 * window.t[k] ** 2])
+        n += weight[k] * to[:, None] * to[None]
+        gx += weight[k] * to * x[k]
+        gy += weight[k] * to * y[k]
+    x0, vx, ax = solved(n, gx)
+    y0, vy, ay = solved(n, gy)
+    speed = np.maximum(np.hypot(vx, vy), LEAST_SPEED_MPS)
+    return np.stack([x0, y0, np.arctan2(vy, vx), speed, (vx * ax + vy * ay) / speed, (vx * ay - vy * ax) / speed**3])
+
+
+def three_point_start(window: Window) -> Floats:
+    """Parameters of the curve through the oldest, the middle (nearest to mid-span) and the newest plot, (6, W)."""
+    first = np.argmax(window.known, axis=0)
+    at = np.arange(window.rho.shape[1])
+    start = window.t[first, at]
+    # Neither end may be the middle, wherever it is nearest.
+    inner = window.known & (window.t > start) & (window.t < 0)
+    middle = np.argmin(np.where(inner, np.abs(window.t - 0.5 * start), np.inf), axis=0)
+    rows = np.stack([first, middle, np.full(at.size, window.rho.shape[0] - 1)])
+    rho, theta = window.rho[rows, at], window.theta[rows, at]
+    return from_three_positions(rho * np.cos(theta), rho * np.sin(theta), window.t[rows, at])
+
+
+def _descend(window: Window, start: Floats, prior: Floats) -> Fit:
+    """Levenberg and Marquardt from `start` (6, W), with weights of a and K in `prior` (2, W)."""
+    sound = np.array(np.isfinite(start).all(axis=0))
+    p = np.where(sound, start, 0.0)
+    count = p.shape[1]
+    r, j = whitened(window, p)
+    information, gradient = _normal(r, j, p, prior)
+    value = _value(r, p, prior)
+    damping = np.full(count, 1e-3)
+    done = np.logical_not(sound)
+    for _ in range(MOST_ITERATIONS):
+        busy = np.flatnonzero(~done)
+        if not busy.size:
+            break
+        part = window.take(busy)
+        scale = np.sqrt(np.maximum(np.einsum("iiw->iw", information[:, :, busy]), 1e-300))
+        step = _damped(information[:, :, busy], gradient[:, busy], scale, damping[busy])
+        size = np.sqrt(sum_of_squares(step * scale))
+        trial = p[:, busy] + step
+        r, j = whitened(part, trial)
+        attempted = _value(r, trial, prior[:, busy])
+        better = attempted <= value[busy]
+        gained = (value[busy] - attempted) / np.maximum(value[busy], 1e-12)
+        done[busy] = (size < STEP_DONE) | (better & (gained < DECREASE_DONE) & (size < STEP_SMALL))
+        damping[busy] = np.where(better, np.maximum(0.1 * damping[busy], 1e-12), 10.0 * damping[busy])
+        to = busy[better]
+        p[:, to], value[to] = trial[:, better], attempted[better]
+        information[:, :, to], gradient[:, to] = _normal(r[:, better], j[:, :, better], trial[:, better], prior[:, to])
+        # Nothing that it could still try is below: the minimum is as exact as the numbers allow.
+        done[busy] |= damping[busy] > MOST_DAMPING
+    p = with_forward_speed(p)
+    r, j = whitened(window, p)
+    information, _ = _normal(r, j, p, prior)
+    cost = np.where(sound, sum_of_squares(r), np.inf)
+    return Fit(p, information, cost, done & sound)
+
+
+def _normal(r: Floats, j: Floats, p: Floats, prior: Floats) -> tuple[Floats, Floats]:
+    """Information (6, 6, W) and half the negative gradient (6, W) of the penalised cost."""
+    count = p.shape[1]
+    information = np.zeros((6, 6, count))
+    gradient = np.zeros((6, count))
+    for row, residual in zip(j, r, strict=True):
+        information += row[:, None] * row[None]
+        gradient += row * residual
+    for i, weight in zip((4, 5), prior, strict=True):
+        information[i, i] += weight**2
+        gradient[i] -= weight**2 * p[i]
+    return information, gradient
+
+
+def _value(r: Floats, p: Floats, prior: Floats) -> Floats:
+    """Penalised cost, inf where it is no number."""
+    total = sum_of_squares(r) + sum_of_squares(prior * p[4:])
+    return np.where(np.isfinite(total), total, np.inf)
+
+
+def _total(found: Fit, prior: Floats) -> Floats:
+    return found.cost + sum_of_squares(prior * found.p[4:])
+
+
+def _damped(information: Floats, gradient: Floats, scale: Floats, damping: Floats) -> Floats:
+    """Step of the damped normal equations, solved with a unit diagonal."""
+    scaled = np.moveaxis(information / (scale[:, None] * scale[None]), -1, 0).copy()
+    scaled[:, range(6), range(6)] += damping[:, None]
+    right = np.moveaxis(gradient / scale, -1, 0)[..., None]
+    out: Floats = np.linalg.solve(scaled, right)[..., 0].T / scale
+    return out
