@@ -1,4 +1,4 @@
-"""What a run worked on, as far as charts and tables need it: a stored recording, or its first simulated trial."""
+"""What a run worked on, as far as charts and tables need it: a recording, several as one, or its first simulated trial."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from algorithms.recording import Recording, recording_from_arrays
 from backend.api import uploads
+from backend.api.run_recordings import is_joined
 from backend.api.services import Services
 from backend.db import runs as stored
 from backend.db.recordings import Recording as StoredRecording
@@ -30,7 +31,7 @@ class Measurements:
     ----------
     id : what a person tells them by
     key : the same for the same measurements, site and truth
-    recording_id : None where they were simulated
+    recording_id : None where they were simulated or come from several recordings
     site, start_utc : as stored
     arrays : gives them, each array read when it is asked for
     """
@@ -70,11 +71,14 @@ def of_recording(services: Services, recording: StoredRecording) -> Measurements
 
 def of_run(services: Services, run: stored.Run, partial: PartialRun | None = None) -> Measurements:
     """Return what a run worked on; `partial` is given where its trials still run."""
-    if "scenario" not in run.source:
+    if "recording_id" in run.source:
         return of_recording(services, uploads.ready(services, str(run.source["recording_id"])))
-    own = _first_trial(services, run) if partial is None else partial.first_trial()
+    own = _in_result(services, run) if partial is None else partial.first_trial()
     meta = json.loads(bytes(own["meta"]).decode())
-    origin = json.dumps([run.source["scenario"], run.source.get("sweep"), run.seed], sort_keys=True)
+    if is_joined(run.source):
+        origin = json.dumps(run.source["recording_ids"])
+    else:
+        origin = json.dumps([run.source["scenario"], run.source.get("sweep"), run.seed], sort_keys=True)
     key = hashlib.sha256(origin.encode()).hexdigest()
     return Measurements(
         id=key[:16],
@@ -87,7 +91,7 @@ def of_run(services: Services, run: stored.Run, partial: PartialRun | None = Non
     )
 
 
-def _first_trial(services: Services, run: stored.Run) -> Arrays:
+def _in_result(services: Services, run: stored.Run) -> Arrays:
     from backend.jobs.results import load_arrays
 
     arrays = load_arrays(services.store, run)

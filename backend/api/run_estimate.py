@@ -71,8 +71,7 @@ def estimate_run(body: RunIn, services: ServicesDep) -> RunEstimateOut:
 def _rows(run: CheckedRun) -> dict[str, int]:
     """Rows that each label works through: of the recording, or instants times trials times cells and variants."""
     if run.scenario is None:
-        assert run.recording is not None
-        return {e.label: run.recording.rows_accepted for e in run.entries}
+        return {e.label: run.rows for e in run.entries}
     once = run.scenario.instants * run.scenario.trials * len(run.scenario.plan.cells)
     variants = [v.label for v in run.scenario.plan.variants]
     return {e.label: once * variants.count(e.label) for e in run.entries}
@@ -81,11 +80,11 @@ def _rows(run: CheckedRun) -> dict[str, int]:
 def _memory(services: Services, run: CheckedRun, workers: int) -> int | None:
     if run.scenario is not None:
         return memory_bytes(run.scenario) * min(workers, run.scenario.plan.size)
-    assert run.recording is not None
-    if run.recording.data_sha256 is None:
-        return None
-    size = services.store.size(run.recording.data_sha256)
-    return None if size is None else size * min(workers, len(run.entries))
+    sizes = [None if one.data_sha256 is None else services.store.size(one.data_sha256) for one in run.recordings]
+    known = [size for size in sizes if size is not None]
+    # Several are held beside the one that they are joined to.
+    copies = 1 if len(sizes) == 1 else 2
+    return sum(known) * copies * min(workers, len(run.entries)) if len(known) == len(sizes) else None
 
 
 def _workers(services: Services) -> int:

@@ -61,7 +61,8 @@ def _content(services: Services, run: stored.Run) -> Any:
     from backend.charts.view import ChartOptions, RunView
 
     measured = of_run(services, run)
-    recording = None if measured.recording_id is None else uploads.ready(services, measured.recording_id)
+    ids = run.source.get("recording_ids") or [i for i in (measured.recording_id,) if i is not None]
+    recordings = [uploads.ready(services, i) for i in ids]
     view = RunView(
         recording=measured.load(),
         entries=tuple(chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms)),
@@ -90,8 +91,8 @@ def _content(services: Services, run: stored.Run) -> Any:
     return ReportContent(
         title=run.label or f"Run {run.id}",
         facts=_facts(run),
-        recording=_about_scenario(run) if recording is None else _about_recording(recording),
-        warnings=[] if recording is None else [_counted(w["detail"], w["count"]) for w in recording.warnings],
+        recording=[fact for one in recordings for fact in _about_recording(one)] or _about_scenario(run),
+        warnings=[_counted(w["detail"], w["count"]) for one in recordings for w in one.warnings],
         entries=entries,
         metrics=metrics,
         figures=[chart.draw(view, ChartOptions()) for chart in charts_of_run(run)],

@@ -11,14 +11,13 @@ from pydantic import ValidationError
 
 from algorithms.spec import Algorithm
 from backend.api.algorithms import catalogue
+from backend.api.run_recordings import recordings_of, source_of
 from backend.api.run_scenario import ScenarioRun, checked_scenario
 from backend.api.run_schemas import EntryIn, RunIn, ScenarioIn
 from backend.api.services import Services
 from backend.api.studies import studies
-from backend.db import recordings
 from backend.db.recordings import Recording
 from backend.db.runs import Entry
-from backend.errors import NotFoundError, StateError
 from backend.http.problems import ProblemError, ProblemItem, items_of, pointer_of, summary_of
 
 # Kinds whose numbers mean nothing without the places of the stations.
@@ -35,13 +34,18 @@ class CheckedRun:
     request: RunIn
     entries: list[Entry]
     source: Mapping[str, Any]
-    recording: Recording | None
+    recordings: tuple[Recording, ...]
     scenario: ScenarioRun | None
 
     @property
     def recording_ids(self) -> list[str]:
         """The recordings it works on."""
-        return [self.recording.id] if self.recording is not None else []
+        return [one.id for one in self.recordings]
+
+    @property
+    def rows(self) -> int:
+        """Rows of all its recordings."""
+        return sum(one.rows_accepted for one in self.recordings)
 
     @property
     def trials(self) -> int:
@@ -53,8 +57,7 @@ class CheckedRun:
         """Work in the unit of a run's progress."""
         if self.scenario is not None:
             return self.scenario.progress_total
-        assert self.recording is not None
-        return self.recording.rows_accepted * len(self.entries)
+        return self.rows * len(self.entries)
 
 
 def checked(services: Services, request: RunIn) -> CheckedRun:
@@ -62,48 +65,49 @@ def checked(services: Services, request: RunIn) -> CheckedRun:
     study = request.study
     request = spread_out(request)
     _one_source(request)
-    recording = None if request.scenario is not None else _recording(services, request)
+    found = [] if request.scenario is not None else recordings_of(services, request)
     problems: list[ProblemItem] = []
     if not request.algorithms:
         problems.append(_item("/algorithms", "Name at least one algorithm.", "missing"))
     problems += _labels(request.algorithms)
     for i, entry in enumerate(request.algorithms):
-        problems += _entry(f"/algorithms/{i}", entry, recording)
+        problems += _entry(f"/algorithms/{i}", entry, found)
     entries = [Entry(name=e.name, label=e.label or e.name, parameters=e.parameters) for e in request.algorithms]
-    if recording is not None:
-        problems += _of_recording(request, recording)
-        source = {"recording_id": recording.id, "name": recording.name, "kind": recording.kind}
+    if found:
+        problems += _of_recordings(request, found)
         if not problems:
-            return CheckedRun(request, entries, source, recording, None)
+            return CheckedRun(request, entries, source_of(services, found), tuple(found), None)
     else:
         scenario, more = checked_scenario(request, entries) if not problems else (None, [])
         problems += more
         if scenario is not None and not problems:
             about = {"study": study} if study is not None else {}
-            return CheckedRun(request, entries, {**scenario.source, **about}, None, scenario)
+            return CheckedRun(request, entries, {**scenario.source, **about}, (), scenario)
     first = problems[0].code
     code = first if all(p.code == first for p in problems) and first in _OWN_CODES else "validation"
     raise ProblemError(422, code, summary_of(problems), errors=problems)
 
 
-def _of_recording(request: RunIn, recording: Recording) -> list[ProblemItem]:
-    """Say what cannot be asked of a recording, and what it lacks."""
+def _of_recordings(request: RunIn, found: Sequence[Recording]) -> list[ProblemItem]:
+    """Say what cannot be asked of recordings, and what they lack."""
     problems = []
     if request.trials not in (None, 1):
         problems.append(_item("/trials", "A recording is one trial; leave this out.", "trials_of_a_recording"))
     if request.sweep is not None:
         detail = "A sweep needs a scenario; on a recording give one entry per value, each with its label."
         problems.append(_item("/sweep", detail, "sweep_of_a_recording"))
-    needed = _NEEDS_SITE.get(recording.kind or "")
-    if needed and recording.site is None:
-        problems.append(
-            _item(
-                "/site",
-                f"The recording {recording.name!r} has no site, and its measurements mean nothing without the places "
-                f"of the {needed}. Read it again with a `site` (POST /api/v1/recordings, from_recording_id).",
-                "site_missing",
+    for recording in found:
+        needed = _NEEDS_SITE.get(recording.kind or "")
+        if needed and recording.site is None:
+            problems.append(
+                _item(
+                    "/site",
+                    f"The recording {recording.name!r} has no site, and its measurements mean nothing without the "
+                    f"places of the {needed}. Read it again with a `site` (POST /api/v1/recordings, "
+                    "from_recording_id).",
+                    "site_missing",
+                )
             )
-        )
     return problems
 
 
@@ -153,39 +157,6 @@ def _one_source(request: RunIn) -> None:
         raise _fail(f"/{given[1]}" if given else "/recording_id", detail, "source_missing")
 
 
-def _recording(services: Services, request: RunIn) -> Recording:
-    pointer = "/recording_id"
-    recording_id = request.recording_id
-    if request.recording_ids is not None:
-        pointer = "/recording_ids/0"
-        if len(request.recording_ids) != 1:
-            raise _fail(
-                "/recording_ids",
-                "Runs over several recordings are not possible yet; give exactly one.",
-                "recordings_not_available",
-            )
-        recording_id = request.recording_ids[0]
-    assert recording_id is not None
-    with services.database.read() as connection:
-        try:
-            recording = recordings.get_recording(connection, recording_id)
-        except NotFoundError as error:
-            raise _fail(pointer, error.message, error.code) from error
-    if recording.state == "parsing":
-        raise StateError(
-            f"The recording {recording.name!r} is still being read.",
-            remedy="Try again when its state is `ready`.",
-            code="recording_not_ready",
-        )
-    if recording.state == "failed":
-        raise StateError(
-            f"The recording {recording.name!r} could not be read.",
-            remedy="Its `error` says why; read it again with other options.",
-            code="recording_failed",
-        )
-    return recording
-
-
 def _labels(entries: Sequence[EntryIn]) -> list[ProblemItem]:
     labels = [e.label or e.name for e in entries]
     return [
@@ -199,14 +170,15 @@ def _labels(entries: Sequence[EntryIn]) -> list[ProblemItem]:
     ]
 
 
-def _entry(pointer: str, entry: EntryIn, recording: Recording | None) -> list[ProblemItem]:
+def _entry(pointer: str, entry: EntryIn, found: Sequence[Recording]) -> list[ProblemItem]:
     algorithm = catalogue().get(entry.name)
     if algorithm is None:
         detail = f"There is no algorithm {entry.name!r}; there are {', '.join(catalogue())}."
         return [_item(f"{pointer}/name", detail, "algorithm_not_found")]
-    if recording is not None and recording.kind not in algorithm.takes:
+    unfit = next((one for one in found if one.kind not in algorithm.takes), None)
+    if unfit is not None:
         detail = (
-            f"{entry.name} takes {' or '.join(algorithm.takes)}, and this recording holds {recording.kind}. "
+            f"{entry.name} takes {' or '.join(algorithm.takes)}, and this recording holds {unfit.kind}. "
             "Choose another algorithm or another recording."
         )
         return [_item(f"{pointer}/name", detail, "kind_mismatch")]

@@ -34,9 +34,9 @@ def _visible(text: str) -> str:
 
 
 def _member_name(text: str) -> str:
-    # Labels name the members of the result file, whose big tables stand under `tables/`.
-    if "/" in text or "\\" in text or text in ("tables", ".", ".."):
-        raise ValueError("a label may not contain a slash or a backslash, and may not be `tables`")
+    # Labels name the members of the result file, beside its big tables and the measurements it worked on.
+    if "/" in text or "\\" in text or text in ("tables", "recording", ".", ".."):
+        raise ValueError("a label may not contain a slash or a backslash, and may not be `tables` or `recording`")
     return _visible(text)
 
 
@@ -81,7 +81,7 @@ class RunIn(_In):
     recording_id: Id | None = None
     """The recording to work on."""
     recording_ids: Annotated[list[Id], Field(max_length=64)] | None = None
-    """Recordings to work on together, one per radar."""
+    """Recordings of radars to work on as one, each with its site; the frame is that of the first."""
     scenario: ScenarioIn | None = None
     """The scenario to simulate."""
     study: Annotated[str, Field(max_length=80)] | None = None

@@ -104,7 +104,7 @@ def _computed(entry: Entry, recording: Recording, seed: int) -> Outcome:
         label=entry.label,
         parameters=entry.parameters,
         seed=seed,
-        recording=packed.getvalue(),
+        recordings=(("", packed.getvalue()),),
     )
     with ProgressBar(entry.name) as bar:
         outcome = run_block(block, bar.show)

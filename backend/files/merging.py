@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from algorithms.recording import DopplerPairs, Floats, Recording, ToaMarks
 from backend.files.companions import joined_marks, joined_sites, joined_truth
 from backend.files.reader import Part
 from backend.files.report import Findings
+
+_Recording = TypeVar("_Recording", bound=Recording)
 
 # Fields that are indices, and the field that holds the names.
 _NAMED = {
@@ -87,7 +89,7 @@ def merge_parts(files: Sequence[FilePart], findings: Findings) -> Part:
     if len(numbered) == 1:
         return replace(numbered[0], epoch_s=epoch_s)
     return Part(
-        _join([p.recording for p in numbered]),
+        joined_rows([p.recording for p in numbered]),
         epoch_s,
         offset,
         sum(p.rows_read for p in numbered),
@@ -100,7 +102,14 @@ def merge_parts(files: Sequence[FilePart], findings: Findings) -> Part:
     )
 
 
-def _join(recordings: Sequence[Recording]) -> Recording:
+def joined_rows(recordings: Sequence[_Recording]) -> _Recording:
+    """Rows of all recordings under each other, names joined; what is no array stays that of the first.
+
+    Raises
+    ------
+    InputError
+        The recordings have different Doppler channels.
+    """
     first = recordings[0]
     merged: dict[str, Any] = {}
     if isinstance(first, DopplerPairs) and len({r.channels for r in recordings if isinstance(r, DopplerPairs)}) > 1:

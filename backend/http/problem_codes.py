@@ -106,7 +106,8 @@ PROBLEMS: dict[str, Kind] = {
     "study_not_found": Kind("No such study", "GET /api/v1/studies lists them."),
     "study_is_whole": Kind("A study brings everything but trials and seed", "Leave the other fields out."),
     "study_mismatch": Kind("The study cannot judge this run", "Its judge did not find a number that it needs."),
-    "recordings_not_available": Kind("Several recordings cannot be run together yet", "Give one."),
+    "recording_repeated": Kind("A recording is named twice", "Leave one out: its plots would count twice."),
+    "radar_without_place": Kind("A radar of the plots stands nowhere", "The site must name it, or each of its plots."),
     # Data and parameters.
     "input": Kind("The data or the parameters cannot be used", "The detail says which and why."),
     "text": Kind("A text cannot be stored", "It is too long, or holds a character that no database takes."),

@@ -11,10 +11,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from algorithms.errors import FilterRoomError
+from algorithms.recording import recording_from_arrays
 from backend.db import events, idempotency, outcomes, recordings, runs
 from backend.db.engine import Database
 from backend.db.ids import new_id, now
 from backend.errors import StateError
+from backend.files.joining import join_recordings
 from backend.files.store import Store
 from backend.jobs import results
 from backend.jobs.collection import collect
@@ -55,19 +57,24 @@ def block_of(database: Database, store: Store, run: runs.Run, plan: Plan, positi
     if isinstance(plan, TrialsPlan):
         return trials_block(plan, position, token=token, seed=run.seed)
     entry = run.algorithms[position]
-    with database.read() as connection:
-        (recording_id,) = runs.recording_ids_of(connection, run.id)
-        data_sha256 = recordings.get_recording(connection, recording_id).data_sha256
-    if data_sha256 is None:
-        raise StateError("The recording has no data.", remedy="Upload it again.", code="recording_not_ready")
+    sources = _recordings_of(database, run)
     return Block(
         token=token,
         algorithm=entry.name,
         label=entry.label,
         parameters=entry.parameters,
         seed=run.seed,
-        recording=store.get_bytes(data_sha256),
+        recordings=tuple((name, store.get_bytes(sha256)) for name, sha256 in sources),
     )
+
+
+def _recordings_of(database: Database, run: runs.Run) -> list[tuple[str, str]]:
+    """Name and blob of each recording of a run."""
+    with database.read() as connection:
+        found = [recordings.get_recording(connection, i) for i in runs.recording_ids_of(connection, run.id)]
+    if any(one.data_sha256 is None for one in found):
+        raise StateError("The recording has no data.", remedy="Upload it again.", code="recording_not_ready")
+    return [(one.name, one.data_sha256) for one in found if one.data_sha256 is not None]
 
 
 def trials_block(plan: TrialsPlan, position: int, *, token: str, seed: int) -> TrialsBlock:
@@ -112,6 +119,12 @@ def finish(database: Database, store: Store, run: runs.Run, plan: Plan) -> None:
     else:
         blocks = [outcome_of(store.get_arrays(blobs[p])) for p in range(plan.size)]
         composed = results.compose([e.label for e in run.algorithms], blocks)
+        sources = _recordings_of(database, run)
+        if len(sources) > 1:
+            # Charts and tables need what the algorithms worked on, and it stands nowhere else.
+            named = [(name, recording_from_arrays(store.get_arrays(sha256))) for name, sha256 in sources]
+            joined = join_recordings(named).recording
+            composed.arrays.update((f"recording/{name}", array) for name, array in joined.to_arrays().items())
     with store.guard():
         sha256 = store.put_arrays(composed.arrays)
         with database.write() as connection:

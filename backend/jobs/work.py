@@ -25,6 +25,7 @@ from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.spec import Algorithm, Parameters, trial_stream
 from algorithms.toolbox.monte_carlo.batches import batches
 from algorithms.toolbox.monte_carlo.sums import Sums, joined, sums_of
+from backend.files.joining import join_recordings
 from backend.jobs.outcome import Outcome, block_arrays
 from backend.jobs.worker_memory import lift_limit
 
@@ -37,14 +38,17 @@ _cancelled: set[str] = set()
 
 @dataclass(frozen=True)
 class Block:
-    """One piece of a run: an algorithm on a recording (the bytes of its .npz)."""
+    """One piece of a run: an algorithm on a recording, or on several as one.
+
+    `recordings` are (name, bytes of its .npz).
+    """
 
     token: str
     algorithm: str
     label: str
     parameters: Mapping[str, Any]
     seed: int
-    recording: bytes = field(repr=False)
+    recordings: tuple[tuple[str, bytes], ...] = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -182,9 +186,15 @@ def software() -> dict[str, str]:
 
 def _compute(block: Block, context: BlockContext) -> Outcome:
     algorithm, parameters = _prepared(block.algorithm, block.parameters)
-    with np.load(io.BytesIO(block.recording), allow_pickle=False) as arrays:
-        recording = recording_from_arrays(arrays)
-    return _outcome(algorithm, recording, parameters, context)
+    read = []
+    for name, content in block.recordings:
+        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+            read.append((name, recording_from_arrays(arrays)))
+    if len(read) == 1:
+        return _outcome(algorithm, read[0][1], parameters, context)
+    joined = join_recordings(read)
+    outcome = _outcome(algorithm, joined.recording, parameters, context)
+    return replace(outcome, notes=(*(asdict(note) for note in joined.notes), *outcome.notes))
 
 
 def _outcome(algorithm: Algorithm, recording: Recording, parameters: Any, context: BlockContext) -> Outcome:

@@ -6,7 +6,7 @@ import { apiUrl, get, getText } from "../js/api.js";
 import { said, t, told } from "../js/i18n.js";
 import { formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { swatch } from "../js/palette.js";
-import { requestOf } from "../js/runs.js";
+import { recordingsOf, requestOf } from "../js/runs.js";
 import { curlSnippet, pythonSnippet } from "../js/snippets.js";
 import { loadTable } from "../js/tables.js";
 import { dataTable } from "./data-table.js";
@@ -287,7 +287,9 @@ export function logTab(run) {
 
 /** Where the stations of a run stand: as its recording says, or its scenario. @param {Run} run @returns {Promise<Pick<Recording, "site" | "options">>} */
 async function frameOf(run) {
-  if (run.source.recording_id) return get(`recordings/${run.source.recording_id}`);
+  // Joined recordings are in the frame of the first.
+  const [recording] = recordingsOf(run);
+  if (recording) return get(`recordings/${recording}`);
   const { preset, parameters = {} } = /** @type {{preset: string, parameters?: Record<string, any>}} */ (run.source.scenario);
   const { properties } = /** @type {Scenario} */ (await get(`scenarios/${preset}`)).parameters_schema;
   const given = (/** @type {string} */ name) => parameters[name] ?? properties?.[name]?.default;

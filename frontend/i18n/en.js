@@ -449,6 +449,7 @@ export default {
   // recordings
   "recordings.title": "Recordings",
   "recordings.one": "Recording",
+  "recordings.numbered": "Recording {n}",
   "recordings.filter": "Filter recordings",
   "recordings.upload": "Upload",
   "recordings.none": "No recordings yet. A recording is a file of receptions with its site; what could be read and what not is shown here.",

@@ -44,7 +44,7 @@ export default {
   "Runs over several recordings are not possible yet; give exactly one.": "Расчёты по нескольким записям пока невозможны; дайте ровно одну.",
   "control characters are not allowed here": "управляющие знаки здесь не разрешены",
   "give at least one visible character": "нужен хотя бы один видимый знак",
-  "a label may not contain a slash or a backslash, and may not be `tables`": "в обозначении не может быть дробной черты, и оно не может быть словом `tables`",
+  "a label may not contain a slash or a backslash, and may not be `tables` or `recording`": "в обозначении не может быть дробной черты, и оно не может быть словом `tables` или `recording`",
   "The run is {1}: it has no result.": "Расчёт {1}: результата нет.",
   "The run {1} ({2}) is {3}: it has no result to compare.": "Расчёт {1} ({2}) {3}: сравнивать нечего.",
   "The run {1} is named twice.": "Расчёт {1} назван дважды.",

@@ -4,6 +4,7 @@
 
 import answers from "./ru-answers.js";
 import asterix from "./ru-asterix.js";
+import joining from "./ru-joining.js";
 import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
 import * as studies from "./ru-studies.js";
@@ -168,7 +169,8 @@ export const codes = {
   "problem.sweep_unknown": "Перебор называет параметр, которого в расчёте нет",
   "problem.sweep_repeated": "Значение указано в переборе дважды",
   "problem.sweep_not_comparable": "Расчёт с перебором рассматривается сам по себе",
-  "problem.recordings_not_available": "Несколько записей вместе пока не рассчитываются",
+  "problem.recording_repeated": "Запись названа дважды",
+  "problem.radar_without_place": "Место РЛС, от которой отметки, неизвестно",
   "problem.input": "Данные или параметры непригодны",
   "problem.parameter": "Параметр непригоден",
   "problem.recording": "Запись не подходит",
@@ -420,7 +422,7 @@ export const words = {
 };
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
-export const sentences = { ...answers, ...asterix, ...reading, ...scenarios.sentences, ...studies.sentences };
+export const sentences = { ...answers, ...asterix, ...joining, ...reading, ...scenarios.sentences, ...studies.sentences };
 
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */

@@ -450,6 +450,7 @@ export default {
   // recordings
   "recordings.title": "Записи",
   "recordings.one": "Запись",
+  "recordings.numbered": "Запись {n}",
   "recordings.filter": "Отбор записей",
   "recordings.upload": "Загрузить",
   "recordings.none": "Записей пока нет. Запись – файл приёмов с описанием системы; здесь видно, что прочитано и что нет.",

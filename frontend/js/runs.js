@@ -32,15 +32,37 @@ export function requestOf(run) {
     ...(entry.parameters && Object.keys(entry.parameters).length ? { parameters: entry.parameters } : {}),
   }));
   if (scenario) return { scenario, trials: run.trials ?? 1, ...(sweep ? { sweep } : {}), algorithms, ...named };
-  return { recording_id: run.source.recording_id ?? "", algorithms, ...named };
+  const { recording_id = "", recording_ids } = run.source;
+  return recording_ids ? { recording_ids, algorithms, ...named } : { recording_id, algorithms, ...named };
+}
+
+/** The recordings that a run works on, several where they are joined. @param {Run} run @returns {string[]} */
+export function recordingsOf(run) {
+  const { recording_id, recording_ids } = run.source;
+  return recording_ids ?? (recording_id ? [recording_id] : []);
+}
+
+/**
+ * Where a row of a run stands in its recordings: rows of joined ones are numbered on.
+ * @param {Run} run
+ * @param {number | null} row
+ * @returns {{recording: string, row: number} | null}
+ */
+export function placeOf(run, row) {
+  if (row === null) return null;
+  const recordings = recordingsOf(run);
+  const firsts = /** @type {number[]} */ (run.source["first_rows"] ?? [1]);
+  const at = firsts.findLastIndex((first) => first <= row);
+  const recording = recordings[at];
+  return recording === undefined ? null : { recording, row: row - (firsts[at] ?? 1) + 1 };
 }
 
 /** The page that composes this run again, everything filled in; of a study the page of the study. @param {Run} run */
 export function againRoute(run) {
-  const { recording_id, algorithms = [], scenario, trials, sweep, label, tags, seed, study } = requestOf(run);
+  const { algorithms = [], scenario, trials, sweep, label, tags, seed, study } = requestOf(run);
   if (study) return routeTo(["studies", study]);
   return routeTo(["new"], {
-    recording: recording_id, scenario: scenario ? JSON.stringify(scenario) : null, trials: scenario ? String(trials) : null, sweep: sweep ? JSON.stringify(sweep) : null,
+    recording: recordingsOf(run), scenario: scenario ? JSON.stringify(scenario) : null, trials: scenario ? String(trials) : null, sweep: sweep ? JSON.stringify(sweep) : null,
     a: algorithms.map((entry) => JSON.stringify(entry)), label, tag: tags, seed: seed ? String(seed) : null,
   });
 }

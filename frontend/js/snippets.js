@@ -6,6 +6,7 @@
 /**
  * @typedef {object} Request
  * @property {string} [recording_id]
+ * @property {string[]} [recording_ids]
  * @property {string} [study]
  * @property {TrialsRequest["scenario"]} [scenario]
  * @property {number} [trials]

@@ -9,7 +9,7 @@ import { formatDuration, formatNumber } from "../js/numbers.js";
 import { CursorBus } from "../js/cursor.js";
 import { changeQuery, go, parseRoute, rememberQuery, routeTo } from "../js/router.js";
 import { loadTable } from "../js/tables.js";
-import { againRoute, durationOf, requestOf, titleOf } from "../js/runs.js";
+import { againRoute, durationOf, placeOf, recordingsOf, requestOf, titleOf } from "../js/runs.js";
 import { curlSnippet, pythonSnippet } from "../js/snippets.js";
 import { setTitle } from "../components/app-frame.js";
 import { chartPanel } from "../components/chart-panel.js";
@@ -128,7 +128,7 @@ class RunPage extends HTMLElement {
   drawHead(run, active) {
     const base = new URL("./", document.baseURI).href;
     const share = run.progress.total ? run.progress.done / run.progress.total : 0;
-    const recording = run.source.recording_id;
+    const recordings = recordingsOf(run);
     const details = [
       run.source.scenario ? t("trials.of", { n: run.trials ?? 1 }) : "",
       run.seed === null ? "" : t("run.seed", { seed: run.seed }),
@@ -141,7 +141,8 @@ class RunPage extends HTMLElement {
     put(/** @type {HTMLElement} */ (this.head),
       name, editButton(run, titleOf(run), () => name, () => this.load()), stateBadge(run.state),
       h("span", { class: "muted small" }, details),
-      recording && run.label ? h("a", { class: "small break", href: routeTo(["recordings", recording]) }, run.source.name ?? t("recordings.one")) : recording ? h("a", { class: "small", href: routeTo(["recordings", recording]) }, t("recordings.one")) : null,
+      recordings.map((recording, i) => h("a", { class: "small break", href: routeTo(["recordings", recording]) },
+        recordings.length > 1 ? t("recordings.numbered", { n: i + 1 }) : run.label ? run.source.name ?? t("recordings.one") : t("recordings.one"))),
       run.source.study ? h("a", { class: "small", href: routeTo(["studies", run.source.study]) }, t("studies.one")) : run.source.scenario ? h("a", { class: "small", href: scenarioRoute(run) }, t("trials.scenario")) : null,
       active ? h("span", { class: "row" },
         h("progress", { value: share, max: 1, "aria-label": t("run.progress") }),
@@ -204,13 +205,13 @@ class RunPage extends HTMLElement {
    */
   async drawResult(run, body) {
     const signal = this.stop?.signal;
-    const recording = run.source.recording_id;
+    const recordings = recordingsOf(run);
     const [charts, tables, site, targets] = await Promise.all([
       /** @type {Promise<{items: ChartItem[]}>} */ (get(`runs/${run.id}/charts`, { signal })),
       /** @type {Promise<{items: {name: string, rows?: number}[]}>} */ (get(`runs/${run.id}/tables`, { signal })),
       // Only the origin is wanted of the recording; one that was deleted takes nothing else away.
-      recording ? get(`recordings/${recording}`, { signal }).then((/** @type {Recording} */ one) => one.site, () => null) : null,
-      recording ? get(`recordings/${recording}/targets`, { signal }).then((/** @type {{items: Target[]}} */ list) => list.items, () => []) : simulatedTargets(run),
+      recordings[0] ? get(`recordings/${recordings[0]}`, { signal }).then((/** @type {Recording} */ one) => one.site, () => null) : null,
+      recordings.length ? Promise.all(recordings.map((one) => targetsOf(one, signal))).then(allTargets) : simulatedTargets(run),
     ]);
     const labels = run.algorithms.map((entry) => entry.label ?? entry.name);
     const hidden = new Set(this.route.query.getAll("hide"));
@@ -224,7 +225,7 @@ class RunPage extends HTMLElement {
     this.picker = picker;
     const panel = (/** @type {ChartItem} */ chart, /** @type {string} */ place) => chartPanel({
       source: `runs/${run.id}/charts/${chart.name}`, query: { target: this.target }, heading: told(`chart.${chart.name}`, chart.title), bus: this.bus, hidden, class: place,
-      onpick: recording && targets.length > 1 ? (mark) => this.pick(mark) : null,
+      onpick: recordings.length && targets.length > 1 ? (mark) => this.pick(mark) : null,
     });
     const byName = new Map(charts.items.map((chart) => [chart.name, chart]));
     const first = FIRST.flatMap((name) => byName.get(name) ?? [])[0] ?? charts.items[0];
@@ -282,8 +283,8 @@ class RunPage extends HTMLElement {
 
   /** Show the target of a mark alone. @param {Mark} mark */
   pick(mark) {
-    const recording = this.run?.source.recording_id;
-    if (recording) showTargetOf(recording, mark.row, this.stop?.signal);
+    const place = this.run && placeOf(this.run, mark.row);
+    if (place) showTargetOf(place.recording, place.row, this.stop?.signal);
   }
 
   /**
@@ -349,6 +350,22 @@ class RunPage extends HTMLElement {
 function scenarioRoute(run) {
   const { preset, parameters } = /** @type {{preset: string, parameters?: Record<string, unknown>}} */ (run.source.scenario);
   return routeTo(["scenarios"], { preset, parameters: parameters && Object.keys(parameters).length ? JSON.stringify(parameters) : null, seed: run.seed ? String(run.seed) : null });
+}
+
+/** @param {string} recording @param {AbortSignal | undefined} signal @returns {Promise<Target[]>} */
+function targetsOf(recording, signal) {
+  return get(`recordings/${recording}/targets`, { signal }).then((/** @type {{items: Target[]}} */ list) => list.items, () => []);
+}
+
+/** Targets of all recordings; one name is one target. @param {Target[][]} lists @returns {Target[]} */
+function allTargets(lists) {
+  /** @type {Map<string, Target>} */
+  const found = new Map();
+  for (const target of lists.flat()) {
+    const known = found.get(target.name);
+    found.set(target.name, { name: target.name, marks: (known?.marks ?? 0) + (target.marks ?? 0) });
+  }
+  return lists.length === 1 ? lists.flat() : [...found.values()];
 }
 
 /** Targets of a scenario, as its metrics name them. @param {Run} run @returns {Promise<Target[]>} */

@@ -91,7 +91,7 @@ def test_a_list_shows_of_a_run_what_its_own_page_shows_but_for_what_is_long(
         ),
         ({"recording_id": "none"}, "recording_not_found", "/recording_id"),
         ({"recording_id": None}, "source_missing", "/recording_id"),
-        ({"recording_ids": ["a", "b"], "recording_id": None}, "recordings_not_available", "/recording_ids"),
+        ({"recording_ids": ["a", "b"], "recording_id": None}, "recording_not_found", "/recording_ids/0"),
         ({"scenario": {"preset": "x"}}, "source_missing", "/scenario"),
         ({"scenario": {"preset": "x"}, "recording_id": None}, "scenario_not_found", "/scenario/preset"),
         ({"study": "x"}, "study_is_whole", "/algorithms"),
