@@ -1,4 +1,4 @@
-"""What a run worked on, as far as charts and tables need it: a recording, several as one, or its first simulated trial."""
+"""What a run worked on, as far as charts and tables need it: one recording, joined ones, or the first trial."""
 
 from __future__ import annotations
 
