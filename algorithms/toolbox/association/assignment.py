@@ -36,7 +36,7 @@ def pair_scores(
     cost: Floats,
     *,
     detection_probability: tuple[float, float],
-    target_density: float,
+    target_density: float | Floats,
     clutter_density: tuple[float, float],
 ) -> Floats:
     """Log-likelihood ratio of "these two are one target" to "each is clutter, or a target seen by one sensor only".
@@ -45,11 +45,12 @@ def pair_scores(
     ----------
     cost : (..., n, m) from `pair_costs`
     detection_probability : of the two sensors, in (0, 1]
-    target_density, clutter_density : 1/m2 in the plane; clutter of the two sensors
+    target_density, clutter_density : 1/m2 in the plane; of targets (one number, or one for each trial in the last axis
+        of `cost`), and of the clutter of the two sensors
     """
     p1, p2 = detection_probability
-    lone1 = max(clutter_density[0] + p1 * (1 - p2) * target_density, LEAST_DENSITY)
-    lone2 = max(clutter_density[1] + p2 * (1 - p1) * target_density, LEAST_DENSITY)
+    lone1 = np.maximum(clutter_density[0] + p1 * (1 - p2) * target_density, LEAST_DENSITY)
+    lone2 = np.maximum(clutter_density[1] + p2 * (1 - p1) * target_density, LEAST_DENSITY)
     scores: Floats = np.log(p1 * p2 * target_density) - np.log(lone1) - np.log(lone2) - cost
     return scores
 

@@ -136,12 +136,36 @@ def cartesian_from_polar(
     r, b, sr, sb = np.broadcast_arrays(
         *(np.asarray(a, float) for a in (range_m, azimuth_rad, sigma_range_m, sigma_azimuth_rad))
     )
+    x, y, xx, yy, xy = plane_components(r, np.cos(b), np.sin(b), sr, sb, conversion, prediction)
+    covariance = np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=-2)
+    return Converted(np.stack([x, y], axis=-1), covariance)
+
+
+def plane_components(
+    r: Floats,
+    c: Floats,
+    s: Floats,
+    sigma_range_m: ArrayLike,
+    sigma_azimuth_rad: ArrayLike,
+    conversion: ConversionName,
+    prediction: Prediction | None = None,
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Convert as `cartesian_from_polar` does, with each component in an array of its own.
+
+    Blocks of trials are computed this way: several conversions share the cosine c and the sine s of the azimuth, and
+    accuracies that are numbers are not blown up to arrays.
+
+    Returns
+    -------
+    x, y, xx, yy, xy : as r, in m and m2
+    """
+    sr, sb = np.asarray(sigma_range_m, float), np.asarray(sigma_azimuth_rad, float)
     v, q = sb * sb, sr * sr
-    point = (_factor(conversion, v) * r)[..., None] * np.stack([np.cos(b), np.sin(b)], axis=-1)
+    k = _factor(conversion, v) * r
     if conversion == "lin":
-        covariance = _turned(q, r * r * v, b)
+        xx, yy, xy = _turned(q, r * r * v, c, s)
     elif conversion in ("paper", "paper_literal", "dcm"):
-        covariance = _debiased(r, b, q, v, literal=conversion == "paper_literal")
+        xx, yy, xy = _debiased(r, c, s, q, v, literal=conversion == "paper_literal")
     elif conversion == "ducm":
         if prediction is None:
             raise ParameterError(
@@ -149,10 +173,10 @@ def cartesian_from_polar(
                 pointer="/conversion",
                 remedy="Use mucm for plots that belong to no track yet.",
             )
-        covariance = _predicted(q, v, prediction)
+        xx, yy, xy = _predicted(q, v, prediction)
     else:
-        covariance = _given_the_measurement(r, b, q, v, about_truth=conversion == "ucm")
-    return Converted(point, covariance)
+        xx, yy, xy = _given_the_measurement(r, c, s, q, v, about_truth=conversion == "ucm")
+    return k * c, k * s, xx, yy, xy
 
 
 def polar_statistic(
@@ -187,39 +211,44 @@ def _factor(conversion: ConversionName, v: Floats) -> Floats:
     return factor
 
 
-def _turned(along: Floats, across: Floats, b: Floats) -> Floats:
-    """(..., 2, 2): variances along and across the line of sight, in the axes of the plane."""
-    c, s = np.cos(b), np.sin(b)
-    return _matrix(along * c * c + across * s * s, along * s * s + across * c * c, (along - across) * s * c)
+_Symmetric = tuple[Floats, Floats, Floats]
+"""xx, yy and xy of a symmetric matrix."""
 
 
-def _matrix(xx: Floats, yy: Floats, xy: Floats) -> Floats:
-    return np.stack([np.stack([xx, xy], axis=-1), np.stack([xy, yy], axis=-1)], axis=-2)
+def _turned(along: Floats, across: Floats, c: Floats, s: Floats) -> _Symmetric:
+    """Variances along and across the line of sight, in the axes of the plane."""
+    cc, ss = c * c, s * s
+    return along * cc + across * ss, along * ss + across * cc, (along - across) * (s * c)
 
 
-def _debiased(r: Floats, b: Floats, q: Floats, v: Floats, *, literal: bool) -> Floats:
+def _debiased(r: Floats, c: Floats, s: Floats, q: Floats, v: Floats, *, literal: bool) -> _Symmetric:
     """Covariance of the raw point given the truth, averaged over the truth given the measurement; eqs. (4)."""
     # Differences of two hyperbolic functions as products: the differences lose all digits where v is small.
-    cosh2_cosh1 = 2 * np.sinh(1.5 * v) * np.sinh(0.5 * v)
-    sinh2_sinh1 = 2 * np.cosh(1.5 * v) * np.sinh(0.5 * v)
-    even = r * r * cosh2_cosh1 + q * (np.cosh(2 * v) + cosh2_cosh1)
-    odd = r * r * sinh2_sinh1 + q * (np.sinh(2 * v) + sinh2_sinh1)
-    c2, s2, fade = np.cos(b) ** 2, np.sin(b) ** 2, np.exp(-2 * v)
-    growth = np.expm1(-v if literal else v)
-    xy = np.sin(b) * np.cos(b) * np.exp(-4 * v) * (q - (r * r + q) * growth)
-    return _matrix(fade * (c2 * even + s2 * odd), fade * (s2 * even + c2 * odd), xy)
+    fade = np.exp(-2 * v)
+    cosh2_cosh1 = fade * 2 * np.sinh(1.5 * v) * np.sinh(0.5 * v)
+    sinh2_sinh1 = fade * 2 * np.cosh(1.5 * v) * np.sinh(0.5 * v)
+    rr = r * r
+    even = rr * cosh2_cosh1 + q * (fade * np.cosh(2 * v) + cosh2_cosh1)
+    odd = rr * sinh2_sinh1 + q * (fade * np.sinh(2 * v) + sinh2_sinh1)
+    cc, ss = c * c, s * s
+    growth, far = np.expm1(-v if literal else v), np.exp(-4 * v)
+    xy = (s * c) * (far * q * (1 - growth) - rr * (far * growth))
+    return cc * even + ss * odd, ss * even + cc * odd, xy
 
 
-def _given_the_measurement(r: Floats, b: Floats, q: Floats, v: Floats, *, about_truth: bool) -> Floats:
+def _given_the_measurement(
+    r: Floats, c: Floats, s: Floats, q: Floats, v: Floats, *, about_truth: bool
+) -> _Symmetric:
     """Second moment of z - p given the measurement, in closed form without a difference of nearly equal terms."""
     h = -np.expm1(-2 * v) / 2
     shrunk = np.expm1(-v) ** 2
     # ucm: e^v - 1 + (e^(-2v) - 1)/2 = (1 - e^(-v))^2 (e^v + 1/2).
     bend = shrunk * (np.exp(v) + 0.5) if about_truth else shrunk / 2
-    return _turned(r * r * bend + q * (1 - h), (r * r + q) * h, b)
+    rr = r * r
+    return _turned(rr * bend + q * (1 - h), (rr + q) * h, c, s)
 
 
-def _predicted(q: Floats, v: Floats, prediction: Prediction) -> Floats:
+def _predicted(q: Floats, v: Floats, prediction: Prediction) -> _Symmetric:
     """Covariance of z given a prediction that does not contain the measurement."""
     r0, b0, range_variance, azimuth_variance = (np.asarray(a, float) for a in prediction)
     m = r0 * r0 + range_variance
@@ -227,4 +256,4 @@ def _predicted(q: Floats, v: Floats, prediction: Prediction) -> Floats:
     c2, s2 = fade * np.cos(2 * b0), fade * np.sin(2 * b0)
     same = m * np.expm1(v) + q * np.exp(v)
     turned = m * np.expm1(-v) + q * np.exp(-v)
-    return _matrix((same + c2 * turned) / 2, (same - c2 * turned) / 2, s2 * turned / 2)
+    return (same + c2 * turned) / 2, (same - c2 * turned) / 2, s2 * turned / 2

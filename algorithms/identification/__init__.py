@@ -1,0 +1,1 @@
+"""Which plots of separated radars belong to one target."""

@@ -1,0 +1,98 @@
+"""Parameters of the identification algorithms, each declared once."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from algorithms.spec import Parameters, parameter
+
+PlotConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "polar"]
+TrackConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "ducm", "polar"]
+
+_CONVERSIONS = {
+    "lin": "plain point, covariance of first order",
+    "paper": "the paper's correction with its misprint mended",
+    "paper_literal": "the paper's correction as printed; only shows what the misprint does",
+    "dcm": "debiased, given the truth",
+    "ucm": "unbiased given the truth, covariance given the measurement",
+    "mucm": "exact mean and covariance given the measurement",
+}
+PLOT_CONVERSIONS = _CONVERSIONS | {"polar": "none: the exact likelihood in range and azimuth"}
+TRACK_CONVERSIONS = _CONVERSIONS | {
+    "ducm": "unbiased given the truth, covariance from the track's prediction",
+    "polar": "none: straight flights fitted to ranges and azimuths",
+}
+
+
+class RadarParameters(Parameters):
+    """What the plots are worth, and which belong to one look."""
+
+    sigma_range_m: float | None = parameter(
+        None, title="Range error", unit="m", symbol="σ_r", gt=0, le=100_000, group="measurement"
+    )
+    """Standard deviation of every radar's range. Empty = each radar's own value in the site."""
+    sigma_azimuth_deg: float | None = parameter(
+        None, title="Azimuth error", unit="°", symbol="σ_β", gt=0, le=180, group="measurement"
+    )
+    """Standard deviation of every radar's azimuth. Empty = each radar's own value in the site."""
+    frame_s: float | None = parameter(
+        None, title="Length of a look", unit="s", gt=0, le=86_400, group="measurement", advanced=True
+    )
+    """Plots of all radars within so long are compared with each other. Empty = by scan number, else by gaps in time."""
+    alpha: float = parameter(0.01, title="Tail of the gate", unit="1", symbol="α", ge=1e-6, le=0.5, group="association")
+    """Share of true pairs that the threshold rejects."""
+
+
+class PairParameters(RadarParameters):
+    """Two radars."""
+
+    conversion: PlotConversion = parameter(
+        "mucm", title="Conversion", group="measurement", choices=PLOT_CONVERSIONS
+    )
+    """How a plot becomes a point with a covariance."""
+    first_radar: str = parameter("", title="First radar", group="measurement", advanced=True, max_length=80)
+    """Name of the radar that is compared with the second one. Empty = the first of the site."""
+    second_radar: str = parameter("", title="Second radar", group="measurement", advanced=True, max_length=80)
+    """Name of the other radar. Empty = the next one of the site."""
+    reading: Literal["A", "B"] = parameter(
+        "A",
+        title="Who looks for a partner",
+        group="association",
+        choices={"A": "plots of the first radar", "B": "plots of the second radar"},
+    )
+    """Whose plots are counted as correct, wrong or undecided."""
+
+
+class DetectionParameters(Parameters):
+    """What may be missing and what may be too many."""
+
+    p_min: float = parameter(
+        0.95, title="Least probability", unit="1", symbol="p_min", ge=0.5, le=0.9999, group="association"
+    )
+    """A pair of the most likely matching below it is left undecided."""
+    decision: Literal["posterior", "most_likely"] = parameter(
+        "posterior",
+        title="Decision",
+        group="association",
+        choices={
+            "posterior": "pairs that are probable enough, else undecided",
+            "most_likely": "every pair of the most likely matching",
+        },
+    )
+    """What is accepted of the most likely matching."""
+    detection_probability: float = parameter(
+        1.0, title="Detection probability", unit="1", symbol="p_d", ge=0.01, le=1, group="association"
+    )
+    """Of every radar. With 1 and no clutter each target has one plot in every radar: as many pairs as can be are made."""
+    clutter_per_radar: float = parameter(
+        0.0, title="False plots", unit="1", ge=0, le=10_000, group="association"
+    )
+    """Mean number of a radar's plots in the region that come from no target, at each look."""
+    region_area_m2: float = parameter(
+        4e8, title="Area of the region", unit="m²", gt=0, le=1e14, group="association"
+    )
+    """Where targets and false plots are expected."""
+    target_count: float | None = parameter(
+        None, title="Targets expected", unit="1", gt=0, le=10_000, group="association", advanced=True
+    )
+    """In the region. Empty = plots less false plots, over the detection probability."""

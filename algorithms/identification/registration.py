@@ -1,0 +1,178 @@
+"""Do two radars disagree as a whole? Accepted pairs tell a shift, a turn, a range or a time offset of one of them.
+
+With d_i = z_1i - z_2i and its covariance C_i, a hypothesis says d_i = H_i b + noise. Generalised least squares gives
+b = A^-1 g with A = sum H' C^-1 H, g = sum H' C^-1 d, and g' A^-1 g is chi-square with as many degrees of freedom as b
+has components where nothing is wrong. Of the hypotheses that are significant the one is named that leaves least, each
+component counted as ln 2N (Schwarz). Two radars alone cannot tell which of them is displaced; a turn about the one or
+the other site differs, as far as the targets are spread.
+
+References
+----------
+barshalom2001, section 3.4 (least squares); specification 11.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from algorithms.result import Note
+
+Floats = NDArray[np.float64]
+
+# A hypothesis is an alarm below this probability of so large a statistic by chance.
+ALARM_TAIL = 1e-4
+FEWEST_PAIRS = 5
+# Hypotheses whose penalised rest is within this of the best explain the data as well.
+AS_GOOD = 6.0
+KINDS = ("shift", "azimuth", "range", "time")
+UNITS = ("m", "deg", "m", "s")
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """N accepted pairs: difference (N, 2), its covariance xx yy xy (N, 3), offsets from the sites, velocities."""
+
+    difference: Floats
+    covariance: Floats
+    from_first: Floats
+    from_second: Floats
+    velocity: Floats
+
+    @classmethod
+    def nothing(cls) -> Accepted:
+        """No pairs."""
+        return cls(np.empty((0, 2)), np.empty((0, 3)), *(np.empty((0, 2)) for _ in range(3)))
+
+    def joined(self, other: Accepted) -> Accepted:
+        """Put the pairs of another look after these."""
+        names = ("difference", "covariance", "from_first", "from_second", "velocity")
+        return Accepted(*(np.concatenate([getattr(self, n), getattr(other, n)]) for n in names))
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """What may be wrong with the second radar (or, for `radar` 0, with the first), and what speaks for it.
+
+    Attributes
+    ----------
+    kind : of `KINDS`
+    radar : 0 or 1, whose error it would be
+    value, sd : (1,) or (2,): east and north m; clockwise deg; m; s
+    statistic, tail : and the probability of so large a one by chance
+    rest : penalised rest of the sum of squares
+    """
+
+    kind: int
+    radar: int
+    value: Floats
+    sd: Floats
+    statistic: float
+    tail: float
+    rest: float
+
+    @property
+    def alarm(self) -> bool:
+        """Whether it cannot be chance."""
+        return self.tail < ALARM_TAIL
+
+    def numbers(self) -> list[float]:
+        """As a row of the array `registration`."""
+        value = [*self.value.tolist(), np.nan][:2]
+        sd = [*self.sd.tolist(), np.nan][:2]
+        return [float(self.kind), float(self.radar), *value, *sd, self.statistic, self.tail]
+
+
+def hypotheses_of(pairs: Accepted) -> list[Hypothesis]:
+    """All hypotheses that the pairs can test, the best explanation first."""
+    n = len(pairs.difference)
+    if n < FEWEST_PAIRS:
+        return []
+    xx, yy, xy = pairs.covariance.T
+    determinant = xx * yy - xy * xy
+    weight = np.empty((n, 2, 2))
+    weight[:, 0, 0], weight[:, 1, 1] = yy / determinant, xx / determinant
+    weight[:, 0, 1] = weight[:, 1, 0] = -xy / determinant
+    total = float((pairs.difference * (weight @ pairs.difference[:, :, None])[:, :, 0]).sum())
+    out = [_tested(0, 1, -np.broadcast_to(np.eye(2), (n, 2, 2)), pairs, weight, total)]
+    for radar, offset, sign in ((0, pairs.from_first, 1.0), (1, pairs.from_second, -1.0)):
+        # Clockwise by one degree moves (e, n) by (n, -e) pi / 180.
+        turned = np.radians(1.0) * np.stack([offset[:, 1], -offset[:, 0]], axis=1)
+        out.append(_tested(1, radar, sign * turned[:, :, None], pairs, weight, total))
+        sight = offset / np.linalg.norm(offset, axis=1)[:, None]
+        out.append(_tested(2, radar, sign * sight[:, :, None], pairs, weight, total))
+    if np.isfinite(pairs.velocity).all():
+        out.append(_tested(3, 1, -pairs.velocity[:, :, None], pairs, weight, total))
+    found = [h for h in out if h is not None]
+    return sorted(found, key=lambda h: h.rest)
+
+
+def _tested(
+    kind: int, radar: int, effect: Floats, pairs: Accepted, weight: Floats, total: float
+) -> Hypothesis | None:
+    weighted = np.swapaxes(effect, 1, 2) @ weight
+    a = (weighted @ effect).sum(axis=0)
+    g = (weighted @ pairs.difference[:, :, None]).sum(axis=0)[:, 0]
+    if np.linalg.cond(a) > 1e12:
+        return None
+    covariance = np.linalg.inv(a)
+    value = covariance @ g
+    statistic = float(g @ value)
+    dof = value.size
+    n = len(pairs.difference)
+    return Hypothesis(
+        kind,
+        radar,
+        value,
+        np.sqrt(np.diag(covariance)),
+        statistic,
+        float(chi2.sf(statistic, dof)),
+        total - statistic + dof * float(np.log(2 * n)),
+    )
+
+
+def notes_of(hypotheses: list[Hypothesis], names: tuple[str, str]) -> list[Note]:
+    """Return the alarm in words: what disagrees, by how much, and what else would explain it."""
+    if not hypotheses or not hypotheses[0].alarm:
+        return []
+    best = hypotheses[0]
+    rivals = [h for h in hypotheses[1:] if h.alarm and h.rest - best.rest < AS_GOOD]
+    out = [Note("registration_alarm", _words(best, names))]
+    if rivals:
+        out.append(
+            Note(
+                "registration_ambiguous",
+                "Something else would explain the disagreement of the radars as well: the table registration lists "
+                "every explanation with its statistic.",
+                len(rivals),
+            )
+        )
+    return out
+
+
+def _words(h: Hypothesis, names: tuple[str, str]) -> str:
+    of = names[h.radar]
+    against = names[1 - h.radar]
+    if h.kind == 0:
+        east, north = h.value
+        return (
+            f"Radar {of} places targets {east:.0f} m east and {north:.0f} m north of radar {against} "
+            f"(standard deviations {h.sd[0]:.0f} m and {h.sd[1]:.0f} m); look at the positions of both in the site."
+        )
+    if h.kind == 1:
+        return (
+            f"Radar {of} is turned by {h.value[0]:.3f} degrees clockwise against radar {against} "
+            f"(standard deviation {h.sd[0]:.3f} degrees)."
+        )
+    if h.kind == 2:
+        return (
+            f"Radar {of} measures {h.value[0]:.0f} m too far against radar {against} "
+            f"(standard deviation {h.sd[0]:.0f} m)."
+        )
+    return (
+        f"Radar {of} sees targets {h.value[0]:.2f} s later than radar {against} says for the same instant "
+        f"(standard deviation {h.sd[0]:.2f} s)."
+    )
