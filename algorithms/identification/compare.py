@@ -136,13 +136,17 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
     if lanes == 1:
         notes += notes_of(hypotheses, (plots.names[first], plots.names[second]))
         notes += suspected(plots, first, second)
-    arrays = filled.arrays() | _joined(pairs, lanes) | {
-        "row": recording.row,
-        "frame": plots.frame,
-        "radar": plots.radar,
-        "threshold": np.array([threshold]),
-        "registration": np.array([h.numbers() for h in hypotheses]).reshape(-1, 8),
-    }
+    arrays = (
+        filled.arrays()
+        | _joined(pairs, lanes)
+        | {
+            "row": recording.row,
+            "frame": plots.frame,
+            "radar": plots.radar,
+            "threshold": np.array([threshold]),
+            "registration": np.array([h.numbers() for h in hypotheses]).reshape(-1, 8),
+        }
+    )
     settings = plots.settings | {
         name: Setting(getattr(parameters, name), "run" if name in parameters.model_fields_set else "default")
         for name in type(parameters).model_fields
@@ -167,17 +171,16 @@ def judged(
         decided = decide(found)
         place, covariance = fused(ends[side], ends[1 - side], parameters.conversion, decided.partner[side])
         rows = (look.rows[first], look.rows[second])
-        turned = (lambda x: x) if side == 0 else (lambda x: np.swapaxes(x, 0, 1))
         out.append(
             Judged(
                 time_s=_time_of(recording, look),
                 anchors=rows[side],
                 others=rows[1 - side],
-                statistic=turned(found.statistic),
+                statistic=_seen_from(side, found.statistic),
                 partner=decided.partner[side],
                 several=decided.several[side],
                 best=decided.best[side] if matched else None,
-                pairs=turned(decided.pairs) if decided.pairs is not None else None,
+                pairs=_seen_from(side, decided.pairs) if decided.pairs is not None else None,
                 ties=decided.ties[side] if matched else None,
                 place=place,
                 covariance=covariance,
@@ -185,6 +188,11 @@ def judged(
             )
         )
     return out
+
+
+def _seen_from(side: int, values: Floats) -> Floats:
+    """(n, m, L) with the plots of that side first."""
+    return values if side == 0 else np.swapaxes(values, 0, 1)
 
 
 def _time_of(recording: PolarPlots, look: Look) -> float:
@@ -396,7 +404,7 @@ def partners_both_ways(partner: Ints, m: int) -> Ints:
 def pair_decisions(shape: tuple[int, ...], partner: Ints, decision: Ints) -> Ints:
     """(n, m, L): the decision of the row where the column is its partner, else rejected."""
     out = np.full(shape, REJECTED)
-    n, m, lanes = shape
+    n, m, _ = shape
     for i in range(n if m else 0):
         lane = np.flatnonzero(partner[i] >= 0)
         out[i, partner[i, lane], lane] = decision[i, lane]

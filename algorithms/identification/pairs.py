@@ -138,7 +138,7 @@ def _exact(first: Side, second: Side, statistic: Floats, cost: Floats) -> int:
 
 
 def fused(first: Side, second: Side, conversion: PlotConversion, i: NDArray[np.int64]) -> tuple[Floats, Floats]:
-    """Places (n, 2, L) and covariances xx, yy, xy (n, 3, L) from each first plot and its partner i (n, L); -1 = none."""
+    """Places (n, 2, L) and covariances xx, yy, xy (n, 3, L) from each plot and its partner i (n, L), -1 = none."""
     chosen = Side(
         second.site,
         _chosen(second.range_m, i),

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.identification.compare import Decided, Decide, compare, judged, pair_decisions, partners_both_ways
+from algorithms.identification.compare import Decide, Decided, compare, judged, pair_decisions, partners_both_ways
 from algorithms.identification.measures import measure
 from algorithms.identification.outputs import ACCEPTED, ALONE, PLOT_OUTPUTS, SEVERAL, UNDECIDED
 from algorithms.identification.pairs import PairStatistics
@@ -64,9 +64,7 @@ def _decide(parameters: PairParameters) -> Decide:
                 (others, partner), (reply, word), np.swapaxes(pairs, 0, 1), None, (best[0], best[1]),
                 (several[1], several[0]), (none[0], none[1]),
             )  # fmt: skip
-        return Decided(
-            (partner, others), (word, reply), pairs, None, (best[0], best[1]), several, (none[0], none[1])
-        )
+        return Decided((partner, others), (word, reply), pairs, None, (best[0], best[1]), several, (none[0], none[1]))
 
     return decide
 

@@ -46,9 +46,7 @@ class RadarParameters(Parameters):
 class PairParameters(RadarParameters):
     """Two radars."""
 
-    conversion: PlotConversion = parameter(
-        "mucm", title="Conversion", group="measurement", choices=PLOT_CONVERSIONS
-    )
+    conversion: PlotConversion = parameter("mucm", title="Conversion", group="measurement", choices=PLOT_CONVERSIONS)
     """How a plot becomes a point with a covariance."""
     first_radar: str = parameter("", title="First radar", group="measurement", advanced=True, max_length=80)
     """Name of the radar that is compared with the second one. Empty = the first of the site."""
@@ -83,14 +81,10 @@ class DetectionParameters(Parameters):
     detection_probability: float = parameter(
         1.0, title="Detection probability", unit="1", symbol="p_d", ge=0.01, le=1, group="association"
     )
-    """Of every radar. With 1 and no clutter each target has one plot in every radar: as many pairs as can be are made."""
-    clutter_per_radar: float = parameter(
-        0.0, title="False plots", unit="1", ge=0, le=10_000, group="association"
-    )
+    """Of every radar. With 1 and no false plots as many pairs as can be are made."""
+    clutter_per_radar: float = parameter(0.0, title="False plots", unit="1", ge=0, le=10_000, group="association")
     """Mean number of a radar's plots in the region that come from no target, at each look."""
-    region_area_m2: float = parameter(
-        4e8, title="Area of the region", unit="m²", gt=0, le=1e14, group="association"
-    )
+    region_area_m2: float = parameter(4e8, title="Area of the region", unit="m²", gt=0, le=1e14, group="association")
     """Where targets and false plots are expected."""
     target_count: float | None = parameter(
         None, title="Targets expected", unit="1", gt=0, le=10_000, group="association", advanced=True

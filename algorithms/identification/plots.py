@@ -75,7 +75,7 @@ class Plots:
     @property
     def lanes(self) -> int:
         """Number of trials."""
-        return self.range_m.shape[1]
+        return int(self.range_m.shape[1])
 
 
 def plots_of(recording: PolarPlots, parameters: RadarParameters) -> Plots:
@@ -205,9 +205,7 @@ def _look_at_accuracies(
             )
 
 
-def _polar(
-    recording: PolarPlots, radars: tuple[Radar, ...], up_m: Floats, notes: list[Note]
-) -> tuple[Floats, Floats]:
+def _polar(recording: PolarPlots, radars: tuple[Radar, ...], up_m: Floats, notes: list[Note]) -> tuple[Floats, Floats]:
     """Ground ranges and angles; Cartesian plots become polar, slant ranges with an altitude ground ranges."""
     range_m, angle = recording.range_m, angle_from_compass(recording.azimuth_rad)
     flat = np.isfinite(recording.east_m) & np.isfinite(recording.north_m) & ~np.isfinite(range_m)
@@ -220,9 +218,7 @@ def _polar(
         range_m = np.where(known, ground, range_m)
     missing = int((slant & ~known & np.isfinite(range_m)).any(axis=1).sum())
     if missing:
-        notes.append(
-            Note("height_unknown", "Slant ranges without an altitude are taken for ground ranges.", missing)
-        )
+        notes.append(Note("height_unknown", "Slant ranges without an altitude are taken for ground ranges.", missing))
     return range_m, angle
 
 

@@ -110,9 +110,7 @@ def hypotheses_of(pairs: Accepted) -> list[Hypothesis]:
     return sorted(found, key=lambda h: h.rest)
 
 
-def _tested(
-    kind: int, radar: int, effect: Floats, pairs: Accepted, weight: Floats, total: float
-) -> Hypothesis | None:
+def _tested(kind: int, radar: int, effect: Floats, pairs: Accepted, weight: Floats, total: float) -> Hypothesis | None:
     weighted = np.swapaxes(effect, 1, 2) @ weight
     a = (weighted @ effect).sum(axis=0)
     g = (weighted @ pairs.difference[:, :, None]).sum(axis=0)[:, 0]
@@ -140,7 +138,7 @@ def notes_of(hypotheses: list[Hypothesis], names: tuple[str, str]) -> list[Note]
         return []
     best = hypotheses[0]
     rivals = [h for h in hypotheses[1:] if h.alarm and h.rest - best.rest < AS_GOOD]
-    out = [Note("registration_alarm", _words(best, names))]
+    out = [_alarm(best, names)]
     if rivals:
         out.append(
             Note(
@@ -153,26 +151,29 @@ def notes_of(hypotheses: list[Hypothesis], names: tuple[str, str]) -> list[Note]
     return out
 
 
-def _words(h: Hypothesis, names: tuple[str, str]) -> str:
+def _alarm(h: Hypothesis, names: tuple[str, str]) -> Note:
     of = names[h.radar]
     against = names[1 - h.radar]
+    size, sd = h.value[0], h.sd[0]
     if h.kind == 0:
-        east, north = h.value
-        return (
-            f"Radar {of} places targets {east:.0f} m east and {north:.0f} m north of radar {against} "
-            f"(standard deviations {h.sd[0]:.0f} m and {h.sd[1]:.0f} m); look at the positions of both in the site."
+        return Note(
+            "registration_alarm",
+            f"Radar {of} places targets {size:.0f} m east and {h.value[1]:.0f} m north of radar {against} "
+            f"(standard deviations {sd:.0f} m and {h.sd[1]:.0f} m); look at the positions of both in the site.",
         )
     if h.kind == 1:
-        return (
-            f"Radar {of} is turned by {h.value[0]:.3f} degrees clockwise against radar {against} "
-            f"(standard deviation {h.sd[0]:.3f} degrees)."
+        return Note(
+            "registration_alarm",
+            f"Radar {of} is turned by {size:.3f} degrees clockwise against radar {against} (standard deviation "
+            f"{sd:.3f} degrees).",
         )
     if h.kind == 2:
-        return (
-            f"Radar {of} measures {h.value[0]:.0f} m too far against radar {against} "
-            f"(standard deviation {h.sd[0]:.0f} m)."
+        return Note(
+            "registration_alarm",
+            f"Radar {of} measures {size:.0f} m too far against radar {against} (standard deviation {sd:.0f} m).",
         )
-    return (
-        f"Radar {of} sees targets {h.value[0]:.2f} s later than radar {against} says for the same instant "
-        f"(standard deviation {h.sd[0]:.2f} s)."
+    return Note(
+        "registration_alarm",
+        f"Radar {of} sees targets {size:.2f} s later than radar {against} for the same instant (standard deviation "
+        f"{sd:.2f} s).",
     )

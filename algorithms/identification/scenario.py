@@ -99,15 +99,15 @@ def simulate_cluster(p: ClusterParameters, trials: tuple[int, ...], seed: int) -
     """Targets at random in a square, anew at each look."""
     rng = np.random.default_rng(np.random.SeedSequence(entropy=p.placement_seed, spawn_key=(7,)))
     offsets = (rng.random((p.looks, p.targets, 2)) - 0.5) * p.region_side_m
-    time = p.period_s * np.arange(p.looks)
+    time: Floats = p.period_s * np.arange(p.looks, dtype=float)
     return _plots(p, p.radars, target_1(p) + offsets, p.speed_mps * _unit(p.course_deg), time, trials, seed)
 
 
 def simulate_tracks(p: TracksParameters, trials: tuple[int, ...], seed: int) -> PolarPlots:
     """Two targets on parallel straight lines that end at the places of `two_radars_two_targets`."""
     ends = np.stack([target_1(p), _second_target(p)])
-    time = p.period_s * np.arange(p.scans)
-    velocity = p.speed_mps * _unit(p.course_deg)
+    time: Floats = p.period_s * np.arange(p.scans, dtype=float)
+    velocity: Floats = p.speed_mps * _unit(p.course_deg)
     places = ends[None] + velocity * (time - time[-1])[:, None, None]
     return _plots(p, 2, places, velocity, time, trials, seed)
 
@@ -140,8 +140,8 @@ def _plots(
     seen = np.where(real[:, None], truth[:, :2] + late[:, None] * velocity - sites[radar], 0.0)
     names = tuple(str(i + 1) for i in range(targets)) + ((CLUTTER,) if p.false_plots else ())
     site = _site(p, sites)
-    sigma_range = np.array([r.sigma_range_m for r in site.radars])[radar]
-    sigma_azimuth = np.radians([r.sigma_azimuth_deg for r in site.radars])[radar]
+    sigma_range = np.array([r.sigma_range_m for r in site.radars], float)[radar]
+    sigma_azimuth = np.radians(np.array([r.sigma_azimuth_deg for r in site.radars], float))[radar]
     drawn = _drawn(p, places, look, radar, slot, real, sites, trials, seed)
     east, north = seen[:, :1] + drawn.east, seen[:, 1:] + drawn.north
     slant = np.sqrt(east * east + north * north + np.where(real, p.height_m, 0.0)[:, None] ** 2)
@@ -192,7 +192,6 @@ def _drawn(
     rows = look.size
     out = _Draws(rows, len(trials))
     false = np.flatnonzero(~real)
-    manoeuvre = getattr(p, "acceleration_density_m2ps3", 0.0)
     middle = target_1(p) - sites[radar[false]]
     for lane, trial in enumerate(trials):
         out.noise[:, :, lane] = trial_stream(seed, trial, NOISE).standard_normal((2, rows))
@@ -203,8 +202,9 @@ def _drawn(
             inside = (trial_stream(seed, trial, FALSE_PLOTS).random((2, false.size)) - 0.5) * p.region_side_m
             out.east[false, lane] = middle[:, 0] + inside[0]
             out.north[false, lane] = middle[:, 1] + inside[1]
-        if manoeuvre:
-            deviation = _deviations(places.shape[:2], manoeuvre, p.period_s, trial_stream(seed, trial, MANOEUVRE))
+        if isinstance(p, TracksParameters) and p.acceleration_density_m2ps3:
+            rng = trial_stream(seed, trial, MANOEUVRE)
+            deviation = _deviations(places.shape[:2], p.acceleration_density_m2ps3, p.period_s, rng)
             out.east[:, lane] += deviation[look, slot, 0]
             out.north[:, lane] += deviation[look, slot, 1]
     return out

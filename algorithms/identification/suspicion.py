@@ -35,8 +35,7 @@ LOOKS_APART = (-3, -2, -1, 1, 2, 3)
 
 @dataclass(frozen=True)
 class _Idea:
-    code: str
-    words: str
+    note: Note
     plots: Plots
     apart: int = 0
 
@@ -59,7 +58,7 @@ def suspected(plots: Plots, first: int, second: int) -> list[Note]:
         )
     ]
     if best is not None and best[0] < PLAUSIBLE_MEDIAN and best[0] * IMPROVED < before:
-        out.append(Note(best[1].code, best[1].words))
+        out.append(best[1].note)
     else:
         out.append(
             Note(
@@ -108,30 +107,39 @@ def _ideas(plots: Plots, first: int, second: int) -> Iterator[_Idea]:
     for radars, words in whose:
         chosen = np.isin(plots.radar, radars)[:, None]
         yield _Idea(
-            "suspect_azimuth_convention",
-            f"The azimuths of {words} seem to be counted counter-clockwise from east: with 90 degrees less the azimuth "
-            "the radars agree.",
+            Note(
+                "suspect_azimuth_convention",
+                f"The azimuths of {words} seem to be counted counter-clockwise from east: with 90 degrees less the "
+                "azimuth the radars agree.",
+            ),
             replace(plots, angle_rad=np.where(chosen, compass, plots.angle_rad)),
         )
         yield _Idea(
-            "suspect_azimuth_unit",
-            f"The azimuths of {words} seem to be radians that were read as degrees: with the unit rad the radars agree.",
+            Note(
+                "suspect_azimuth_unit",
+                f"The azimuths of {words} seem to be radians that were read as degrees: with the unit rad the radars "
+                "agree.",
+            ),
             replace(plots, angle_rad=np.where(chosen, np.pi / 2 - np.degrees(compass), plots.angle_rad)),
         )
     for moved, there in ((second, first), (first, second)):
         sites = plots.sites.copy()
         sites[moved] = sites[there]
         yield _Idea(
-            "suspect_translation",
-            f"The plots of radar {plots.names[moved]} seem to be counted from the place of radar "
-            f"{plots.names[there]}: with that place in the site the radars agree.",
+            Note(
+                "suspect_translation",
+                f"The plots of radar {plots.names[moved]} seem to be counted from the place of radar "
+                f"{plots.names[there]}: with that place in the site the radars agree.",
+            ),
             replace(plots, sites=sites),
         )
     for apart in LOOKS_APART:
         yield _Idea(
-            "suspect_clock",
-            f"The looks of radar {plots.names[second]} seem to be {abs(apart)} too "
-            f"{'early' if apart > 0 else 'late'}: shifted by as much the radars agree.",
+            Note(
+                "suspect_clock",
+                f"The looks of radar {plots.names[second]} seem to be {abs(apart)} too "
+                f"{'early' if apart > 0 else 'late'}: shifted by as much the radars agree.",
+            ),
             plots,
             apart,
         )

@@ -5,6 +5,7 @@
 import answers from "./ru-answers.js";
 import asterix from "./ru-asterix.js";
 import joining from "./ru-joining.js";
+import * as identification from "./ru-identification.js";
 import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
 import * as studies from "./ru-studies.js";
@@ -246,6 +247,7 @@ export const codes = {
 
 /** @type {Record<string, string>} */
 export const words = {
+  ...identification.words,
   ...scenarios.words,
   ...studies.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
@@ -422,7 +424,7 @@ export const words = {
 };
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
-export const sentences = { ...answers, ...asterix, ...joining, ...reading, ...scenarios.sentences, ...studies.sentences };
+export const sentences = { ...answers, ...asterix, ...joining, ...reading, ...scenarios.sentences, ...studies.sentences, ...identification.sentences };
 
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */

@@ -236,9 +236,7 @@ def _debiased(r: Floats, c: Floats, s: Floats, q: Floats, v: Floats, *, literal:
     return cc * even + ss * odd, ss * even + cc * odd, xy
 
 
-def _given_the_measurement(
-    r: Floats, c: Floats, s: Floats, q: Floats, v: Floats, *, about_truth: bool
-) -> _Symmetric:
+def _given_the_measurement(r: Floats, c: Floats, s: Floats, q: Floats, v: Floats, *, about_truth: bool) -> _Symmetric:
     """Second moment of z - p given the measurement, in closed form without a difference of nearly equal terms."""
     h = -np.expm1(-2 * v) / 2
     shrunk = np.expm1(-v) ** 2
