@@ -120,6 +120,15 @@ PROBLEMS: dict[str, Kind] = {
     "singular_geometry": Kind("Nothing can be solved from these stations", "They stand on a line, or on one point."),
     "not_positive_definite": Kind("A covariance lost its meaning", "Usually the noise parameters are unrealistic."),
     "site_mismatch": Kind("Site and recording do not fit", "Their stations differ in names or order."),
+    "one_radar": Kind("One radar has nothing to be compared with", "The recording has plots of one radar only."),
+    "moving_radar": Kind("A radar moves", "Only radars that stand still can be compared with each other."),
+    "accuracy_missing": Kind(
+        "The accuracy of a radar is unknown", "Neither the site nor the run says how large its errors are."
+    ),
+    "singular_pair": Kind(
+        "Plots that cannot be compared", "Both are unknown along the same line only: the accuracies cannot be right."
+    ),
+    "integer_program": Kind("The integer program was not solved", "The plots of many radars were not matched."),
     "start_covariance": Kind("The start cannot be used", "Its covariance is not symmetric and positive definite."),
     "unknown_algorithm": Kind("A worker does not know the algorithm", "Its version differs from the server's."),
     "out_of_memory": Kind(

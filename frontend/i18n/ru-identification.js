@@ -3,6 +3,11 @@
 
 /** @type {Record<string, string>} */
 export const words = {
+  "problem.one_radar": "Одну РЛС не с чем сравнить",
+  "problem.moving_radar": "РЛС движется",
+  "problem.accuracy_missing": "Точность РЛС неизвестна",
+  "problem.singular_pair": "Отметки нельзя сравнить",
+  "problem.integer_program": "Целочисленная задача не решена",
   "axis.pair": "пара",
   "axis.side": "сторона",
   "axis.one": "одно",
