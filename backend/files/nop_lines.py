@@ -1,7 +1,8 @@
 """NOP lines of air-traffic control, `[RH],STARS,D21,03/24/2018,14:47:52.471,EDV4062,...`: positions of tracks.
 
-The layout is that of STARS and of AGW: cell 9 is the altitude in hundreds of feet, 12 and 13 are latitude and
-longitude, 14 is the number of the track, which names the target. Times are UTC. A track that has no altitude says 000,
+STARS, AGW, Center and MEARTS lines begin alike: cell 9 is the altitude in hundreds of feet, 12 and 13 are latitude and
+longitude, 14 is the number of the track, which names the target. Times are UTC; in dates of Center and MEARTS dashes
+stand in place of slashes. A track that has no altitude says 000,
 so such a row has no position; lines of other systems, whose cells mean other things, are rejected.
 """
 
@@ -23,7 +24,7 @@ from backend.files.position_reports import (
 from backend.files.reader import Reader, Source
 from backend.files.truth_file import TruthPoints
 
-_SYSTEMS = ("STARS", "AGW")
+_SYSTEMS = ("STARS", "AGW", "CENTER", "MEARTS")
 _LINE = re.compile(r"\[RH\],")
 _HUNDRED_FEET_M = 100 * FOOT_M
 _CELLS = 15
@@ -40,11 +41,12 @@ def _parse(line: str) -> PositionReport | Problem:
         return Problem("not_a_report", "the line does not begin with [RH]")
     if len(cells) <= _CELLS:
         return Problem("wrong_cell_count", f"{len(cells)} cells, and the format has at least {_CELLS + 1}")
-    if cells[1] not in _SYSTEMS:
-        return Problem("not_a_report", f"lines of {cells[1]} are not known, only those of STARS and AGW")
+    if cells[1].upper() not in _SYSTEMS:
+        known = "STARS, AGW, Center and MEARTS"
+        return Problem("not_a_report", f"lines of {cells[1]} are not known, only those of {known}")
     facility, date, time, altitude, track = cells[2], cells[3], cells[4], cells[9], cells[14]
     try:
-        second, microsecond = unix_time(datetime.strptime(f"{date} {time}", "%m/%d/%Y %H:%M:%S.%f"))
+        second, microsecond = unix_time(datetime.strptime(f"{date.replace('-', '/')} {time}", "%m/%d/%Y %H:%M:%S.%f"))
     except ValueError:
         return Problem("not_a_date", f"{date} {time} is no date with a time such as 03/24/2018 14:47:52.471")
     values = [number(cell) for cell in (altitude, cells[12], cells[13])]
@@ -72,7 +74,7 @@ def _read_truth(source: Source) -> TruthPoints:
 
 READER = Reader(
     name="nop_lines",
-    title="NOP lines of air-traffic control, STARS and AGW (truth only)",
+    title="NOP lines of air-traffic control, STARS, AGW, Center and MEARTS (truth only)",
     kinds=(),
     detect=_detect,
     read=refuse_as_measurements,

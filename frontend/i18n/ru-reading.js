@@ -16,7 +16,7 @@ export default {
   // lines of position reports
   "the line does not begin with [RH]": "строка не начинается с [RH]",
   "{1} cells, and the format has at least {2}": "ячеек {1}, а в формате их не меньше {2}",
-  "lines of {1} are not known, only those of STARS and AGW": "строки системы {1} не известны, только STARS и AGW",
+  "lines of {1} are not known, only those of {2}": "строки системы {1} не известны, только {2}",
   "no altitude ({1})": "нет высоты ({1})",
   "no number of a track": "нет номера трассы",
   "{1} {2} is no date with a time such as 03/24/2018 14:47:52.471": "{1} {2} — не дата со временем вида 03/24/2018 14:47:52.471",

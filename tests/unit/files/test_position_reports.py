@@ -59,10 +59,24 @@ def test_nop_lines_name_facility_and_track(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    "line",
+    [
+        "[RH],Center,ZOB_B,07-10-2016,17:24:37.000,X1,E170,L,7336,270,443,077,41.3725,-80.8414,809,,,,,ZOB/70,,,{RH}",
+        "[RH],MEARTS,ZOB_B,07-10-2016,17:24:37.000,X1,B737,L,2646,270,450,239,041.3725,-80.8414,809,,67.5,145.9,{RH}",
+    ],
+)
+def test_lines_of_en_route_centres_have_dashes_in_their_dates(tmp_path: Path, line: str) -> None:
+    recording, report = read_with_truth(tmp_path, line, "ZOB_B/809", ("2016-07-10T17:24:37Z",))
+    # On a sphere: 2.4586 degrees of longitude east and 0.8275 of latitude south of the origin.
+    assert recording.truth_m[0, :2] == pytest.approx([205_100, -89_100], abs=1_000)
+    assert "truth_rows_unusable" not in {w.code for w in report.warnings}
+
+
+@pytest.mark.parametrize(
     ("line", "word"),
     [
         ("gibberish", "does not begin"),
-        (nop("52.471").replace("STARS", "CENTER"), "CENTER"),
+        (nop("52.471").replace("STARS", "TOWER"), "TOWER"),
         ("[RH],STARS,D21", "3 cells"),
         (nop("72.471"), "no date"),
         (nop("52.471", "000"), "no altitude"),
