@@ -26,6 +26,7 @@ from backend.api import (
     run_estimate,
     run_report,
     runs,
+    scenario_tracks,
     scenarios,
     service,
     studies,
@@ -141,6 +142,7 @@ def _bare(**options: Any) -> FastAPI:
     api = APIRouter(prefix="/api/v1")
     for module in (
         algorithms,
+        scenario_tracks,
         scenarios,
         studies,
         recordings,

@@ -230,6 +230,15 @@ export interface Study {
   claims: { figure: string; claim: string; paper: string }[];
 }
 
+/** Recorded tracks as the targets of a preset. */
+export interface TracksScenario {
+  preset: string;
+  parameters: Record<string, unknown>;
+  tracks: { name: string; reports: number; points: number; first_s: number; last_s: number; left_out: Record<string, number>; problem: string }[];
+  tracks_found: number;
+  start_utc: string | null;
+}
+
 export interface ScenarioPreview {
   rows: number;
   unheard: number;

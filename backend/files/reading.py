@@ -45,6 +45,7 @@ __all__ = [
     "ReadWarning",
     "Rejection",
     "read_recording",
+    "read_truth",
 ]
 
 
@@ -188,14 +189,20 @@ def _with_truth(
         if part.truth is None:
             return recording
         return attach_truth(recording, part.epoch_s, part.truth, origin, options.truth_shift_s, findings)
-    points = _read_truth(truth, options, limits, recording.kind, findings)
+    points = read_truth(truth, options, limits, recording.kind, findings)
     return attach_truth(recording, part.epoch_s, points, origin, options.truth_shift_s, findings)
 
 
-def _read_truth(
+def read_truth(
     file: NamedFile, options: ReadOptions, limits: ReadLimits, kind: Kind, findings: Findings
 ) -> TruthPoints:
-    """Read a file of true positions: of a format that holds some, or a table."""
+    """Read a file of true positions: of a format that holds some, or a table.
+
+    Raises
+    ------
+    InputError
+        Nothing of it can serve; the pointer begins with `/truth` or names an option.
+    """
     own = Findings(file.label)
     members = with_members([file], limits, pointer="/truth")
     source = Source(inspect(members[0], limits, own, pointer="/truth"), options, limits, own)

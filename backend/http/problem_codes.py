@@ -106,6 +106,9 @@ PROBLEMS: dict[str, Kind] = {
     "study_not_found": Kind("No such study", "GET /api/v1/studies lists them."),
     "study_is_whole": Kind("A study brings everything but trials and seed", "Leave the other fields out."),
     "study_mismatch": Kind("The study cannot judge this run", "Its judge did not find a number that it needs."),
+    "no_tracks": Kind("No track can be a target", "Reports must be two or more, and what they say must be flown."),
+    "track_unknown": Kind("The file has no such track", "Leave the names out to see those that it has."),
+    "no_free_targets": Kind("The preset has no targets that follow points", "The detail lists those that have."),
     "recording_repeated": Kind("A recording is named twice", "Leave one out: its plots would count twice."),
     "radar_without_place": Kind("A radar of the plots stands nowhere", "The site must name it, or each of its plots."),
     # Data and parameters.

@@ -138,6 +138,12 @@ class Engine:
         """Read files on trial, in the same process and after what is being parsed; nothing is stored."""
         return self._parser.look(files, site, truth, options)
 
+    def read_tracks(
+        self, file: tuple[str, Path], options: Mapping[str, Any], choice: Mapping[str, Any]
+    ) -> Future[ReadAnswer]:
+        """Read the paths of a file, in the same process and after what is being parsed; nothing is stored."""
+        return self._parser.tracks(file, options, choice)
+
     def status(self) -> EngineStatus:
         """Return what the engine is doing."""
         with self._database.read() as connection:

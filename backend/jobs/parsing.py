@@ -57,6 +57,13 @@ class Parser:
         request = ReadRequest(files, site, truth, options, self._max_rows, output=None)
         return self._thread.submit(self._process.read, request)
 
+    def tracks(
+        self, file: tuple[str, Path], options: Mapping[str, Any], choice: Mapping[str, Any]
+    ) -> Future[ReadAnswer]:
+        """Read the paths of a file without storing anything, after what is being parsed."""
+        request = ReadRequest((file,), None, None, options, self._max_rows, output=None, tracks=choice)
+        return self._thread.submit(self._process.read, request)
+
     def _forget(self, recording_id: str) -> None:
         with self._lock:
             del self._under_way[recording_id]

@@ -34,7 +34,7 @@ _END_S = 5
 class ReadRequest:
     """What to read; the recording's arrays go to `output` (an .npz), or, without one, it is only looked at.
 
-    Options and limits as JSON.
+    Options and limits as JSON. With `tracks` (a `TrackChoice`) the one file holds paths and nothing else is read.
     """
 
     files: tuple[tuple[str, Path], ...]
@@ -43,6 +43,7 @@ class ReadRequest:
     options: Mapping[str, Any]
     max_rows: int
     output: Path | None
+    tracks: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,8 @@ class ReadAnswer:
 
     The other fields then tell of the trial.
     """
+    tracks: Mapping[str, Any] | None = None
+    """Paths of a file: `tracks` (as `RecordedTrack.to_json`), how many were `found`; warnings as always."""
 
 
 class ReaderProcess:
@@ -184,6 +187,8 @@ def _read(request: ReadRequest) -> ReadAnswer:
     limits = ReadLimits(max_rows=request.max_rows)
     try:
         options = ReadOptions.model_validate(request.options)
+        if request.tracks is not None:
+            return _tracks(files[0], options, limits, request.tracks)
         if request.output is None:
             return _seen(preview(files, site=request.site, truth=truth, options=options, limits=limits))
         recording, report = read_recording(files, site=request.site, truth=truth, options=options, limits=limits)
@@ -209,6 +214,16 @@ def _read(request: ReadRequest) -> ReadAnswer:
         site=None if recording.site is None else recording.site.to_json(),
         has_truth=recording.has_truth,
     )
+
+
+def _tracks(file: Any, options: Any, limits: Any, choice: Mapping[str, Any]) -> ReadAnswer:
+    from backend.files.recorded_tracks import TrackChoice, read_tracks
+    from backend.files.report import Findings
+
+    findings = Findings(file.label)
+    found = read_tracks(file, options, limits, TrackChoice.model_validate(choice), findings)
+    tracks = {"tracks": [track.to_json() for track in found.tracks], "found": found.found}
+    return ReadAnswer(tracks=tracks, start_utc=found.start_utc, warnings=tuple(asdict(w) for w in findings.warnings))
 
 
 def _unforeseen() -> ReadAnswer:

@@ -8,6 +8,7 @@ import joining from "./ru-joining.js";
 import * as identification from "./ru-identification.js";
 import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
+import tracks from "./ru-tracks.js";
 import * as studies from "./ru-studies.js";
 
 /** @type {Record<string, string>} */
@@ -170,6 +171,9 @@ export const codes = {
   "problem.sweep_unknown": "Перебор называет параметр, которого в расчёте нет",
   "problem.sweep_repeated": "Значение указано в переборе дважды",
   "problem.sweep_not_comparable": "Расчёт с перебором рассматривается сам по себе",
+  "problem.no_tracks": "Ни одна трасса не может стать целью",
+  "problem.track_unknown": "В файле нет такой трассы",
+  "problem.no_free_targets": "В заготовке нет целей, идущих по точкам",
   "problem.recording_repeated": "Запись названа дважды",
   "problem.radar_without_place": "Место РЛС, от которой отметки, неизвестно",
   "problem.input": "Данные или параметры непригодны",
@@ -424,7 +428,7 @@ export const words = {
 };
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
-export const sentences = { ...answers, ...asterix, ...joining, ...reading, ...scenarios.sentences, ...studies.sentences, ...identification.sentences };
+export const sentences = { ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...identification.sentences };
 
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */

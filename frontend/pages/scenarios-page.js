@@ -8,6 +8,7 @@ import { said, t } from "../js/i18n.js";
 import { rememberQuery, routeTo } from "../js/router.js";
 import { placesOf } from "../js/scenario.js";
 import { setTitle } from "../components/app-frame.js";
+import { takesTracks, tracksForm } from "../components/scenario-tracks.js";
 import { emptyState, failed, loading } from "../components/states.js";
 import { toast } from "../components/toast-area.js";
 import "../components/scenario-editor.js";
@@ -66,6 +67,11 @@ class ScenariosPage extends HTMLElement {
     this.store = h("button", { type: "button", class: "primary", onclick: () => this.keep(false) }, t("scenarios.store"));
     this.download = h("button", { type: "button", onclick: () => this.keep(true) }, t("scenarios.download"));
     this.message = h("div", { role: "status" });
+    this.tracks = tracksForm(() => this.request(), (made) => {
+      if (!this.scenario || this.scenario.name !== made.preset) return;
+      this.show(this.scenario, made.parameters);
+      this.remember();
+    });
     put(this,
       h("div", { class: "page-head" }, h("h1", null, t("scenarios.title")),
         h("div", { class: "actions" },
@@ -74,7 +80,7 @@ class ScenariosPage extends HTMLElement {
       this.message,
       this.scenarios.length
         ? h("div", { class: "scenario" },
-          h("div", { class: "stack" }, this.picker, this.editor),
+          h("div", { class: "stack" }, this.picker, this.tracks, this.editor),
           h("div", { class: "scenario-view" }, this.preview))
         : emptyState(t("scenarios.none_registered")));
     this.take();
@@ -105,6 +111,7 @@ class ScenariosPage extends HTMLElement {
   show(scenario, values) {
     this.scenario = scenario;
     for (const radio of this.picker?.querySelectorAll("input") ?? []) radio.checked = radio.value === scenario.name;
+    if (this.tracks) this.tracks.hidden = !takesTracks(scenario.parameters_schema);
     this.editor?.setScenario(scenario.parameters_schema, values);
     this.look(true);
   }
