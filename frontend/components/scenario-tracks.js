@@ -23,7 +23,7 @@ export function tracksForm(now, onmade) {
   const [file, most, names] = [uniqueId("tracks"), uniqueId("most"), uniqueId("names")];
   const message = h("div", { role: "status" });
   const chosen = h("input", { id: file, type: "file", "aria-describedby": `${file}-hint`, onchange: () => { send.disabled = !chosen.files?.length; } });
-  const count = h("input", { id: most, type: "number", min: "1", max: "100", value: "10", style: "width: 8ch" });
+  const count = h("input", { id: most, type: "text", inputmode: "numeric", value: "10", autocomplete: "off", style: "width: 9ch" });
   const named = h("input", { id: names, type: "text", autocomplete: "off", placeholder: t("tracks_in.longest") });
   const send = h("button", { type: "submit", disabled: true }, t("tracks_in.read"));
   const submit = async (/** @type {Event} */ event) => {
