@@ -31,6 +31,10 @@ REFERENCES: dict[str, str] = {
         "P. Tichavsky, C. H. Muravchik, A. Nehorai. Posterior Cramer-Rao bounds for discrete-time nonlinear "
         "filtering. IEEE Trans. SP 46 (5), 1998, pp. 1386-1396."
     ),
+    "scatter2014": (
+        "Algorithm of estimating the target coordinates in forward-scattering multistatic radar system. 2014 (in "
+        "Russian)."
+    ),
     "prosov2008": (
         "A. V. Prosov. Analysis of the effect of linearisation errors of radar measurements on the reliability of "
         "associating data from spatially separated radars. 2008 (in Russian)."

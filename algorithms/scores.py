@@ -31,6 +31,7 @@ class Tally:
     chi_square : the numerator is chi-square distributed with as many degrees of freedom as the denominator says,
         where the algorithm is honest
     share : the ratio is a share of cases, between 0 and 1
+    spread : the square of the ratio of the tally before it, a mean, is taken off before the root: a standard deviation
     """
 
     metric: str
@@ -42,6 +43,7 @@ class Tally:
     compared: bool = False
     chi_square: bool = False
     share: bool = False
+    spread: bool = False
 
     @property
     def per_trial(self) -> bool:

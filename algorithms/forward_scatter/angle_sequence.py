@@ -179,9 +179,7 @@ def follow_angle(time, f, rate, phi, elevation, o, out):
                 raw = line[0] - line[1] / line[2]
                 out.line[k, 5, lane] = raw
                 variance = (o.sigma / line[2]) ** 2 * (1.0 / line[4] + (raw - line[0]) ** 2 / line[3])
-            tau = crossing(
-                memory, 0, raw, variance, fresh, raw <= time[k], o.rule, o.delay, o.confirm
-            )
+            tau = crossing(memory, 0, raw, variance, fresh, raw <= time[k], o.rule, o.delay, o.confirm)
             frozen = memory[0, FROZEN] > 0.0
             out.tau[k, lane] = tau
             out.frozen[k, lane] = frozen

@@ -1,4 +1,4 @@
-"""The paper's closed form: crossing times and angular velocity to distance and velocity, and how large their errors are.
+"""The paper's closed form: crossing times and angular velocity to distance and velocity, and their errors.
 
 With D = tau_2 - tau_1, gamma = (c_11 + c_12) / 2 and omega = -(lambda / b) df (3):
 
@@ -7,13 +7,13 @@ With D = tau_2 - tau_1, gamma = (c_11 + c_12) / 2 and omega = -(lambda / b) df (
     (18)  omega = -(lambda / b) gamma D, then (14)
     (19)  s = a lambda gamma / (lambda gamma - a omega^2)
 
-(14) is in (0, a) if and only if omega D > 0. (17) as printed depends on the origin of time: it drops (c_11 - c_12) t, so
-the caller chooses from where its times count. Errors follow from those of tau_1, tau_2, omega and gamma by linearisation; before a receiver's
-crossing is kept, they come from the same window and are correlated.
+(14) is in (0, a) if and only if omega D > 0. (17) as printed depends on the origin of time: it drops the term
+(c_11 - c_12) t, so the caller chooses from where its times count. Errors follow from those of tau_1, tau_2, omega and
+gamma by linearisation; before a receiver's crossing is kept, they come from the same window and are correlated.
 
 References
 ----------
-scatter2014, eqs. (3), (10), (14)-(19); specification 4. Differences from the paper: predicted errors, the origin of (17).
+scatter2014, eqs. (3), (10), (14)-(19); specification 4. Differences from the paper: predicted errors, origin of (17).
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ Minimised is the cost = chi2 / 2 = sum rho(r / sigma) + v_x^2 / (2 sd_x^2) + a_y
 the exact Doppler; rho is r^2 / 2, or Huber's with k = 2. Scales are 1 s, 1 km, 10 m/s, 10 m/s, 1 m/s2; s stays at least
 50 m from both ends.
 
-The start is a scan: a line for each channel gives tau and the mean slope; for s on 39 places the slope gives |v_y|; both
-signs are tried, because a wrong sign of v_y is never left again.
+The start is a scan: a line for each channel gives tau and the mean slope; for s on 39 places the slope gives |v_y|;
+both signs are tried, because a wrong sign of v_y is never left again.
 
 References
 ----------

@@ -26,7 +26,7 @@ from algorithms.forward_scatter.freeze import (
     crossing,
     forget,
 )
-from algorithms.forward_scatter.lines import FEWEST_PLAIN, FEWEST_ROBUST, PLAIN, fit_line
+from algorithms.forward_scatter.lines import FEWEST_PLAIN, FEWEST_ROBUST, INLIER_SIGMA, PLAIN, fit_line
 from algorithms.toolbox.kernels import strict
 
 # What became of an epoch.
@@ -76,6 +76,8 @@ class Answers(NamedTuple):
     """(K, 3, L): tau, s, v_y; s and v_y also where the status is invalid."""
     covariance: np.ndarray
     """(K, 3, 3, L) of them."""
+    agrees: np.ndarray
+    """(K, 2, L): whether the epoch's own value lies on its line; always where lines are not robust."""
 
 
 def answers(epochs: int, lanes: int) -> Answers:
@@ -90,6 +92,7 @@ def answers(epochs: int, lanes: int) -> Answers:
         difference=np.full((epochs, lanes), nan),
         theta=np.full((epochs, 3, lanes), nan),
         covariance=np.full((epochs, 3, 3, lanes), nan),
+        agrees=np.ones((epochs, 2, lanes), np.bool_),
     )
 
 
@@ -156,6 +159,9 @@ def follow(time, f, rate, o, out):
                 if not fit_line(t, v, count, o.sigma, o.robust, weight, line):
                     have = False
                     continue
+                if np.isfinite(f[k, j, lane]) and o.robust != PLAIN:
+                    rest = f[k, j, lane] - line[1] - line[2] * (time[k] - line[0])
+                    out.agrees[k, j, lane] = abs(rest) <= INLIER_SIGMA * o.sigma
                 for i in range(5):
                     out.line[k, j, i, lane] = line[i]
                 measured, n = mean_rate(rate, k, j, lane, o.window)

@@ -132,6 +132,13 @@ PROBLEMS: dict[str, Kind] = {
         "Plots that cannot be compared", "Both are unknown along the same line only: the accuracies cannot be right."
     ),
     "integer_program": Kind("The integer program was not solved", "The plots of many radars were not matched."),
+    "wavelength_missing": Kind("The site has no wavelength", "Frequencies mean nothing without it."),
+    "no_base_line": Kind("There is no base line", "Transmitters and receivers stand at the same place."),
+    "site_geometry": Kind(
+        "The closed form cannot work with this site", "It takes transmitters on the bisector of the receivers only."
+    ),
+    "one_doppler": Kind("One Doppler is not enough", "It fits two places on the base line equally well."),
+    "azimuth_missing": Kind("The recording has no azimuths", "This algorithm needs them beside the Doppler."),
     "start_covariance": Kind("The start cannot be used", "Its covariance is not symmetric and positive definite."),
     "unknown_algorithm": Kind("A worker does not know the algorithm", "Its version differs from the server's."),
     "out_of_memory": Kind(

@@ -6,6 +6,7 @@ import answers from "./ru-answers.js";
 import asterix from "./ru-asterix.js";
 import joining from "./ru-joining.js";
 import * as identification from "./ru-identification.js";
+import * as forwardScatter from "./ru-forward-scatter.js";
 import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
 import tracks from "./ru-tracks.js";
@@ -253,6 +254,7 @@ export const codes = {
 export const words = {
   ...identification.words,
   ...scenarios.words,
+  ...forwardScatter.words,
   ...studies.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
   "squares of the state's units": "квадраты единиц состояния",
@@ -428,7 +430,10 @@ export const words = {
 };
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
-export const sentences = { ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...identification.sentences };
+export const sentences = {
+  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...identification.sentences,
+  ...forwardScatter.sentences,
+};
 
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */

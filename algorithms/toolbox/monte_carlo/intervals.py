@@ -53,6 +53,19 @@ def student(trials: int) -> float:
     return float(stats.t.ppf((1 + LEVEL) / 2, trials - 1)) if trials > 1 else float("nan")
 
 
+def interval_of_spread(m: Moments, mean: float) -> tuple[float, float, float]:
+    """Standard deviation from the mean of squares and the mean, with its ends.
+
+    The half width is that of the mean of squares: right where the mean is small against the spread, a little too wide
+    where it is not.
+    """
+    variance = max(m.ratio - mean * mean, 0.0) if m.d > 0 else float("nan")
+    half = student(m.trials) * float(np.sqrt(m.variance))
+    if not np.isfinite(variance):
+        return float("nan"), float("nan"), float("nan")
+    return float(np.sqrt(variance)), float(np.sqrt(max(variance - half, 0.0))), float(np.sqrt(variance + half))
+
+
 def interval_of_ratio(m: Moments, *, root: bool = False, share: bool = False) -> tuple[float, float, float]:
     """Value, lower and upper end; the ends are NaN where there are fewer than two trials."""
     value = m.ratio

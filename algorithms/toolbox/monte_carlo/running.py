@@ -20,6 +20,7 @@ from algorithms.toolbox.monte_carlo.batches import BATCH
 from algorithms.toolbox.monte_carlo.intervals import (
     Moments,
     interval_of_ratio,
+    interval_of_spread,
     quantiles_with_intervals,
     student,
 )
@@ -125,7 +126,10 @@ class Running:
                 if c.per_trial and (segment or target):
                     continue
                 m = self.moments(entry, q, g)
-                value, low, high = interval_of_ratio(m, root=c.root, share=c.share)
+                if c.spread:
+                    value, low, high = interval_of_spread(m, self.moments(entry, q - 1, g).ratio)
+                else:
+                    value, low, high = interval_of_ratio(m, root=c.root, share=c.share)
                 n = round(m.d)
                 out.append(_metric(c.metric, value, c.unit, n, low, high, segment, target))
             for sampled, values in zip(first.layout.sampled, samples, strict=False):
@@ -146,6 +150,9 @@ class Running:
                 declared = first.layout.counted[q]
                 n, d, nn = self._curve[entry][:, c]
                 ratio = np.where(d > 0, n / d, np.nan)
+                if declared.spread:
+                    mean = self._curve[entry][0, c - 1] / d
+                    ratio = np.where(d > 0, np.maximum(ratio - mean * mean, 0.0), np.nan)
                 value = np.sqrt(ratio) if declared.root else ratio
                 out[declared.metric] = value
                 stem = declared.metric

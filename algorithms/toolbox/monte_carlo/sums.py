@@ -31,6 +31,7 @@ class Counted:
     chi_square: bool
     share: bool
     per_trial: bool
+    spread: bool = False
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,7 @@ def sums_of(scores: Scores, legs: Sequence[Leg], keep_every: int = 1) -> Sums:
                 chi_square=t.chi_square,
                 share=t.share,
                 per_trial=t.per_trial,
+                spread=t.spread,
             )
             for t in tallies
         ),
