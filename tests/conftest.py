@@ -12,6 +12,7 @@ from hypothesis import settings
 
 from algorithms.warm_up import have_compiled
 from tests import postgresql
+from tests.two_processes import pytest_cmdline_main, pytest_xdist_make_scheduler  # noqa: F401 - hooks of pytest
 
 ROOT = Path(__file__).parent.parent
 
