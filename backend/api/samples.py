@@ -79,6 +79,9 @@ def _import(services: Services, sample: Sample) -> None:
             shutil.copyfile(sample_folder() / file_name, path)
             parts.items.append(Part(name, file_name, path, path.stat().st_size))
         recording = uploads.from_form(services, parts).recording
+    if recording.state == "parsing":
+        # An answer to a user has a limit of its own; here nobody waits, and a busy machine may take its time.
+        recording = services.engine.read_recording(recording.id).result()
     queue_run(
         services,
         RunIn(

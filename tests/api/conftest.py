@@ -133,13 +133,11 @@ def upload(api: httpx2.Client, marks: bytes, site: dict[str, Any]) -> Upload:
 
 
 @pytest.fixture(scope="session")
-def recording(upload: Upload) -> dict[str, Any]:
+def recording(api: httpx2.Client, upload: Upload) -> dict[str, Any]:
     """The sample as a recording that is ready."""
     answer = upload("sample")
     assert answer.status_code == 201, answer.text
-    found: dict[str, Any] = answer.json()
-    assert found["state"] == "ready"
-    return found
+    return ready(api, answer.headers["location"])
 
 
 @pytest.fixture(scope="session")
@@ -152,6 +150,16 @@ def run(api: httpx2.Client, recording: dict[str, Any]) -> dict[str, Any]:
         "tags": ["kept"],
     }
     return finished(api, api.post("/api/v1/runs", json=body).raise_for_status().headers["location"])
+
+
+def ready(api: httpx2.Client, location: str, within_s: float = 120) -> dict[str, Any]:
+    """Wait until a recording is read; where the machine is busy, the answer to an upload may not have waited for it."""
+    deadline = time.monotonic() + within_s
+    while (found := api.get(location).json())["state"] == "parsing":
+        assert time.monotonic() < deadline, f"{location} is not read after {within_s} s"
+        time.sleep(0.05)
+    assert found["state"] == "ready", found
+    return dict(found)
 
 
 def finished(api: httpx2.Client, location: str, within_s: float = 120) -> dict[str, Any]:

@@ -17,7 +17,7 @@ import pymap3d
 import pytest
 import scipy.io
 
-from tests.api.conftest import finished, problem
+from tests.api.conftest import finished, problem, ready
 
 KML = {"k": "http://www.opengis.net/kml/2.2", "gx": "http://www.google.com/kml/ext/2.2"}
 LABELS = ("rdf", "rdfv 50 m")
@@ -200,8 +200,7 @@ def test_a_recording_comes_back(
     whole = api.get(f"/api/v1/recordings/{recording['id']}/data.{form}")
     assert whole.status_code == 200
     files = [("file", (f"again.{form}", whole.content)), ("site", ("site.json", json.dumps(site).encode()))]
-    back = api.post("/api/v1/recordings", files=files).json()
-    assert back["state"] == "ready", back
+    back = ready(api, api.post("/api/v1/recordings", files=files).headers["location"])
     assert (back["format"], back["rows"], back["has_truth"]) == (reader, recording["rows"], recording["has_truth"])
     assert back["warnings"] == recording["warnings"]
     one, other = (api.get(f"/api/v1/recordings/{r['id']}/data.csv").text for r in (recording, back))

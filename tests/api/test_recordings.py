@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import time
 from typing import Any
 
 import httpx2
 import pytest
 
-from tests.api.conftest import Upload, finished, problem
+from tests.api.conftest import Upload, finished, problem, ready
 
 MARKS = (
     b"time_s,toa_1_ns,toa_2_ns,toa_3_ns,toa_4_ns\n1,1000,2000,3000,4000\n2,1000,2000,x,4000\n3,1500,2500,3500,4500\n"
@@ -152,12 +151,7 @@ def test_big_upload_answers_at_once_and_is_ready_later(api: httpx2.Client) -> No
     body = {"recording_id": answer.json()["id"], "algorithms": [{"name": "rdf"}]}
     problem(api.post("/api/v1/runs", json=body), 409, "recording_not_ready")
     problem(api.get(answer.headers["location"] + "/data.csv"), 409, "recording_not_ready")
-    deadline = time.monotonic() + 60
-    while (found := api.get(answer.headers["location"]).json())["state"] == "parsing":
-        assert time.monotonic() < deadline
-        time.sleep(0.1)
-    assert found["state"] == "ready"
-    assert found["rows"]["read"] == 400_000
+    assert ready(api, answer.headers["location"])["rows"]["read"] == 400_000
     assert api.delete(answer.headers["location"]).status_code == 204
 
 

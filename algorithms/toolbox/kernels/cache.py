@@ -1,9 +1,10 @@
 """Where compiled kernels are kept, under a key that notices every change that matters.
 
-numba's own cache does not notice an edited *callee*: a cached caller goes on with the old one. The key is
-therefore a hash of every kernel source, of the versions of numba, llvmlite and numpy, and of the CPU. The folder is
-the user's cache folder (`FILTERROOM_KERNEL_CACHE`, default `$XDG_CACHE_HOME/filterroom/<key>`), shared by server,
-command line and tests.
+numba's own cache does not notice an edited *callee*: a cached caller goes on with the old one. The key is therefore a
+hash of every kernel source, of the versions of numba, llvmlite and numpy, and of the CPU; and of the place of the
+sources, because numba finds a function by its path: a second checkout would take the folder of the first for complete
+and compile in every process. The folder is the user's cache folder (`FILTERROOM_KERNEL_CACHE`, default
+`$XDG_CACHE_HOME/filterroom/<key>`), shared by server, command line and tests.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ _MARK = "algorithms.toolbox.kernels"
 
 
 def kernel_key() -> str:
-    """Hash of kernel sources, compiler versions and CPU, 16 hexadecimal digits."""
+    """Hash of kernel sources, their place, compiler versions and CPU, 16 hexadecimal digits."""
     import llvmlite.binding as llvm
 
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(str(_ALGORITHMS).encode())
     for path in sorted(_ALGORITHMS.rglob("*.py")):
         text = path.read_bytes()
         if _MARK.encode() in text or path.parent.name == "kernels":
