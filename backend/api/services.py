@@ -27,7 +27,8 @@ class Services:
     started_at: dt.datetime
 
 
-def _services(request: Request) -> Services:
+# Not a plain function, for which every request would wait for a thread.
+async def _services(request: Request) -> Services:
     services = request.app.state.services
     assert isinstance(services, Services)
     return services

@@ -79,7 +79,11 @@ def test_a_restart_queues_what_was_running_and_keeps_its_start(database: Databas
         assert runs.get_run(connection, run.id).started_at == started
 
 
-def test_filters(database: Database, recording: recordings.Recording) -> None:
+@pytest.mark.parametrize("few", [0, 500], ids=["many", "few"])
+def test_filters(
+    database: Database, recording: recordings.Recording, monkeypatch: pytest.MonkeyPatch, few: int
+) -> None:
+    monkeypatch.setattr(runs, "_FEW", few)
     one = add(database, "Облёт 50%", ("rdf", "rdfv"), tags=["night", "night"])
     two = add(database, "circuit", ("single_mark",), recording_ids=[recording.id])
     with database.write() as connection:
@@ -94,6 +98,9 @@ def test_filters(database: Database, recording: recordings.Recording) -> None:
         assert found(algorithm="rdfv") == [one.id]
         assert found(algorithm="rdf%") == []
         assert found(tag="night") == [one.id]
+        assert found(tag="day") == []
+        assert found(tag="night", algorithm="rdf") == [one.id]
+        assert found(tag="night", algorithm="single_mark") == []
         assert found(recording_id=recording.id) == [two.id]
         assert found(text="оБЛЁТ 50%") == [one.id]
         assert found(text="%") == [one.id]
