@@ -1,0 +1,87 @@
+"""Nearest neighbours of many tracks and plots at once: pairs inside gates, and the best assignment among them.
+
+Gates leave each track a few plots, so the pairs are kept as a list. They fall into connected components, each of which
+is assigned by itself; most hold one track and one plot and need no solver.
+
+References
+----------
+crouse2016.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+def pairs_within(group: Ints, low: Floats, high: Floats, plot_group: Ints, plot_value: Floats) -> tuple[Ints, Ints]:
+    """Every (track, plot) of one group whose value lies in the track's interval, in the order of tracks.
+
+    Parameters
+    ----------
+    group, low, high : (T,) group of a track (its trial) and the interval that its gate spans
+    plot_group, plot_value : (P,) in the order of group, then value
+    """
+    keys = np.lexsort((plot_value, plot_group))
+    if (keys != np.arange(keys.size)).any():
+        raise ValueError("plots must be in the order of group, then value")
+    first = _position(plot_group, plot_value, group, low, "left")
+    stop = _position(plot_group, plot_value, group, high, "right")
+    count = np.maximum(stop - first, 0)
+    track = np.repeat(np.arange(group.size), count)
+    begin = np.repeat(first - np.concatenate([[0], np.cumsum(count)[:-1]]), count) if group.size else first
+    return track, begin + np.arange(track.size)
+
+
+def _position(plot_group: Ints, plot_value: Floats, group: Ints, value: Floats, side: str) -> Ints:
+    """Where a (group, value) would stand among the plots."""
+    out = np.empty(group.size, np.int64)
+    for g in np.unique(group):
+        begin, end = np.searchsorted(plot_group, (g, g + 1))
+        mine = group == g
+        out[mine] = begin + np.searchsorted(plot_value[begin:end], value[mine], side)  # type: ignore[call-overload]
+    return out
+
+
+def most_pairs_at_least_cost(track: Ints, plot: Ints, cost: Floats) -> Ints:
+    """Positions of the chosen pairs: as many as can be made, and of those the cheapest, in rising order.
+
+    Parameters
+    ----------
+    track, plot : (K,) the two sides of each possible pair; cost : (K,) finite
+    """
+    if not track.size:
+        return np.empty(0, np.int64)
+    tracks, t = np.unique(track, return_inverse=True)
+    plots, p = np.unique(plot, return_inverse=True)
+    n = tracks.size + plots.size
+    graph = coo_array((np.ones(track.size), (t, tracks.size + p)), shape=(n, n))
+    _, part = connected_components(graph, directed=False)
+    component = part[t]
+    order = np.argsort(component, kind="stable")
+    sizes = np.bincount(component)
+    single = sizes[component] == 1
+    chosen = [np.flatnonzero(single)]
+    ends = np.cumsum(sizes)
+    for c in np.flatnonzero(sizes > 1):
+        chosen.append(_assigned(order[ends[c] - sizes[c] : ends[c]], t, p, cost))
+    return np.sort(np.concatenate(chosen))
+
+
+def _assigned(pairs: Ints, t: Ints, p: Ints, cost: Floats) -> Ints:
+    rows, r = np.unique(t[pairs], return_inverse=True)
+    columns, c = np.unique(p[pairs], return_inverse=True)
+    # Dearer than any sum of real costs: only taken where nothing else is left, and thrown away afterwards.
+    least, most = float(cost[pairs].min()), float(cost[pairs].max())
+    table = np.full((rows.size, columns.size), (most - least + 1.0) * (min(rows.size, columns.size) + 1))
+    table[r, c] = cost[pairs] - least
+    at = np.full(table.shape, -1)
+    at[r, c] = pairs
+    found: Ints = at[linear_sum_assignment(table)]
+    return found[found >= 0]
