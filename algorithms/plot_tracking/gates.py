@@ -53,14 +53,14 @@ def line_variance_ratio(plots: Ints | Floats, periods: Ints | Floats) -> Floats:
     return out
 
 
-def start_radius(rho: Floats, period_s: float, max_speed_mps: float, sigma_r: Floats, sigma_th: Floats) -> Floats:
+def start_radius(rho: Floats, period_s: Floats, max_speed_mps: float, sigma_r: Floats, sigma_th: Floats) -> Floats:
     """Radius of the gate of a second plot, m: the larger semi-axis, all around."""
     way = max_speed_mps * period_s
     out: Floats = np.maximum(*start_axes(rho, way, sigma_r, sigma_th))
     return out
 
 
-def start_axes(rho: Floats, way_m: float, sigma_r: Floats, sigma_th: Floats) -> tuple[Floats, Floats]:
+def start_axes(rho: Floats, way_m: Floats, sigma_r: Floats, sigma_th: Floats) -> tuple[Floats, Floats]:
     """Semi-axes of the start gate along and across the ray, m."""
     return way_m + 2.0 * sigma_r, way_m + 2.0 * rho * sigma_th
 
@@ -71,7 +71,7 @@ def acquisition_axes(rho: Floats, sigma_r: Floats, sigma_th: Floats) -> tuple[Fl
 
 
 def squared_distance(
-    rho: Floats, theta: Floats, predicted: tuple[Floats, Floats], sigma_r: Floats, sigma_th: Floats, m: Floats
+    rho: Floats, theta: Floats, predicted: tuple[Floats, Floats], sigma_r: float, sigma_th: Floats, m: Floats
 ) -> Floats:
     """D^2 of plots around predicted points, broadcast against each other."""
     along = (rho - predicted[0]) / sigma_r

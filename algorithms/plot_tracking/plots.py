@@ -114,5 +114,5 @@ def _scan(time: Floats, rho: Floats, theta: Floats, fate: Ints, rows: Ints) -> t
         )
         fate = fate.copy()
         fate[row[same], lane[same]] = REPEATED
-    row, lane, r, a, t = (v[~same] for v in (row, lane, r, a, t))
-    return Scan(float(time.max()), lane, rows[row], t, r, a), fate
+    kept = ~same
+    return Scan(float(time.max()), lane[kept], rows[row[kept]], t[kept], r[kept], a[kept]), fate

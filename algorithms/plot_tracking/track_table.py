@@ -79,7 +79,8 @@ class TrackTable:
     @property
     def last_s(self) -> Floats:
         """(T,) s, instant of the newest plot."""
-        return self.t[-1]
+        out: Floats = self.t[-1]
+        return out
 
     def take(self, which: NDArray[np.bool_] | Ints) -> TrackTable:
         """Some of the tracks."""

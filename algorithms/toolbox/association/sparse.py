@@ -67,11 +67,10 @@ def most_pairs_at_least_cost(track: Ints, plot: Ints, cost: Floats) -> Ints:
     order = np.argsort(component, kind="stable")
     sizes = np.bincount(component)
     single = sizes[component] == 1
-    chosen = [np.flatnonzero(single)]
     ends = np.cumsum(sizes)
-    for c in np.flatnonzero(sizes > 1):
-        chosen.append(_assigned(order[ends[c] - sizes[c] : ends[c]], t, p, cost))
-    return np.sort(np.concatenate(chosen))
+    several = [order[ends[c] - sizes[c] : ends[c]] for c in np.flatnonzero(sizes > 1)]
+    chosen = np.concatenate([np.flatnonzero(single), *(_assigned(pairs, t, p, cost) for pairs in several)])
+    return np.sort(chosen)
 
 
 def _assigned(pairs: Ints, t: Ints, p: Ints, cost: Floats) -> Ints:
