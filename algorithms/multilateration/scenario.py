@@ -8,10 +8,11 @@ from algorithms.site import Site
 from algorithms.spec import Reference, Scenario
 from algorithms.toolbox.scenario.mark_parameters import (
     FOUR_STATIONS,
+    MarkScenario,
     NamedInterval,
     ReceptionInterval,
-    preset,
 )
+from algorithms.toolbox.scenario.preset import preset
 from algorithms.toolbox.scenario.recording import legs_of, simulate
 from algorithms.toolbox.scenario.targets import PathPoint, Target
 from algorithms.toolbox.scenario.timing import Gap, Interrogator
@@ -35,6 +36,7 @@ _CIRCUIT_TURNS = (
     (400, 0.0), (30, 1.0), (60, -1.0), (30, 1.0), (40, 0.0), (120, 1.0), (40, 0.0), (240, -1.5), (939, 0.0),
 )  # fmt: skip
 CircuitParameters = preset(
+    MarkScenario,
     "CircuitParameters",
     targets=(
         Target(
@@ -58,6 +60,7 @@ CircuitParameters = preset(
 
 # Specification 7.2: the mark times are its own draw, numpy's default stream of the seed 777.
 IncompleteParameters = preset(
+    MarkScenario,
     "IncompleteParameters",
     targets=(
         Target(
@@ -95,6 +98,7 @@ IncompleteParameters = preset(
 
 # Ours: what else can be described. Two aircraft cross at 300 s, 600 m apart in altitude.
 CrossingParameters = preset(
+    MarkScenario,
     "CrossingParameters",
     targets=(
         Target(

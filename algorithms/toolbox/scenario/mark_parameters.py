@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from pydantic import field_validator
-from pydantic.fields import FieldInfo
 
 from algorithms.site import Site
 from algorithms.spec import Parameters, parameter
@@ -215,14 +214,3 @@ def site_of(parameters: MarkScenario) -> Site:
             "gate_length_s": parameters.gate_length_ms / 1000 or None,
         }
     )
-
-
-def preset(name: str, **defaults: Any) -> type[MarkScenario]:
-    """Return the same model with other defaults."""
-    namespace: dict[str, Any] = {"__annotations__": {}, "__module__": __name__, "__doc__": MarkScenario.__doc__}
-    for field, value in defaults.items():
-        info = MarkScenario.model_fields[field]
-        namespace[field] = FieldInfo.merge_field_infos(info, default=value)
-        namespace["__annotations__"][field] = MarkScenario.__annotations__[field]
-    made: type[MarkScenario] = type(name, (MarkScenario,), namespace)
-    return made
