@@ -28,9 +28,6 @@ def pairs_within(group: Ints, low: Floats, high: Floats, plot_group: Ints, plot_
     group, low, high : (T,) group of a track (its trial) and the interval that its gate spans
     plot_group, plot_value : (P,) in the order of group, then value
     """
-    keys = np.lexsort((plot_value, plot_group))
-    if (keys != np.arange(keys.size)).any():
-        raise ValueError("plots must be in the order of group, then value")
     first = _position(plot_group, plot_value, group, low, "left")
     stop = _position(plot_group, plot_value, group, high, "right")
     count = np.maximum(stop - first, 0)

@@ -50,5 +50,3 @@ def test_pairs_of_one_group_in_an_interval() -> None:
     assert found == {
         (t, p) for t in range(20) for p in range(60) if group[t] == plot_group[p] and low[t] <= plot_value[p] <= high[t]
     }
-    with pytest.raises(ValueError, match="order"):
-        pairs_within(group, low, high, plot_group[::-1], plot_value)
