@@ -9,7 +9,7 @@ import numpy as np
 
 from algorithms.recording import AntennaPlots, DopplerPairs, PolarPlots, Recording, ToaMarks
 from algorithms.result import Table
-from algorithms.site import Site
+from algorithms.site import Site, Terminal
 from backend.charts.view import Entry, RunView
 
 STATIONS = [("west", -10000.0, 0.0), ("east", 10000.0, 0.0), ("north", 0.0, 12000.0), ("middle", 0.0, 0.0)]
@@ -124,18 +124,21 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
         "bound_horizontal_m": 0.5 * growing,
         "trials": np.full(2 * count, 10.0),
     }
+    for name, factor in (("rms", 1.0), ("sd", 0.9), ("mean", -0.4), ("bound_3", 0.5), ("bound_4", 0.7)):
+        columns[f"crossing_distance_{name}_m"] = factor * growing
+    columns |= {f"crossing_distance_rms_m_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}
     for statistic in ("nees", "nis"):
         known = np.isfinite(growing)
         columns |= {statistic: np.where(known, 1.5, np.nan)}
         columns |= {f"{statistic}_low": np.where(known, 0.7, np.nan), f"{statistic}_high": np.where(known, 1.4, np.nan)}
     metrics: dict[str, Any] = {
-        "metric": ["rms_horizontal_m"] * 3,
-        "segment": [None, None, "orbit"],
-        "target": [None] * 3,
-        swept: np.array([10.0, 100.0, 10.0]),
-        "value": scale * np.array([20.0, 30.0, 40.0]),
-        "ci95_low": scale * np.array([19.0, 29.0, 39.0]),
-        "ci95_high": scale * np.array([21.0, np.nan, 41.0]),
+        "metric": ["rms_horizontal_m"] * 3 + ["crossing_distance_rms_m"] * 2,
+        "segment": [None, None, "orbit", "crossing", "crossing"],
+        "target": [None] * 5,
+        swept: np.array([10.0, 100.0, 10.0, 10.0, 100.0]),
+        "value": scale * np.array([20.0, 30.0, 40.0, 20.0, 30.0]),
+        "ci95_low": scale * np.array([19.0, 29.0, 39.0, 19.0, 29.0]),
+        "ci95_high": scale * np.array([21.0, np.nan, 41.0, 21.0, 31.0]),
     }
     return {"curves": Table(columns), "metrics": Table(metrics)}
 
@@ -181,9 +184,21 @@ def antenna(count: int = 4) -> AntennaPlots:
     )
 
 
-def doppler(count: int = 4) -> DopplerPairs:
+FORWARD_SCATTER = Site(
+    transmitters=(Terminal(name="TX", east_m=40000.0, north_m=0.0),),
+    receivers=tuple(Terminal(name=n, east_m=0.0, north_m=y) for n, y in (("RX1", -150.0), ("RX2", 150.0))),
+    wavelength_m=1.0,
+)
+
+
+def doppler(count: int = 4, *, site: bool = True) -> DopplerPairs:
+    """Two receivers 300 m apart, a transmitter 40 km to the east; a target crosses at 15 km to the north."""
     k = np.arange(count)
+    truth = np.stack([np.full(count, 15000.0), 200.0 * (k - 1.5), np.zeros(count)], axis=1)
     return DopplerPairs(
+        truth_m=truth,
+        truth_velocity_mps=np.tile([0.0, 200.0, 0.0], (count, 1)),
+        site=FORWARD_SCATTER if site else None,
         time_s=k.astype(float),
         row=k + 1,
         target=np.zeros(count, int),
@@ -193,3 +208,45 @@ def doppler(count: int = 4) -> DopplerPairs:
         elevation_rad=np.full((count, 1), np.nan),
         channels=("1", "2"),
     )
+
+
+def scatter_tables(recording: Recording) -> dict[str, Table]:
+    """What the forward-scatter algorithms say: one pass of all rows."""
+    n = len(recording)
+    time = recording.time_s
+    common: dict[str, Any] = {"trial": np.full(n, np.nan), "track": np.ones(n), "time_s": time}
+    ends = {"row": recording.row.copy(), "target": [None] * n}
+    crossings: dict[str, Any] = {**common}
+    for name, value in (("crossing_s", 1.5), ("distance_m", 15000.0), ("across_mps", 200.0)):
+        crossings |= {name: value + 0.01 * np.arange(n), f"sigma_{name}": np.full(n, 0.02 * value)}
+    status = ["extrapolated" if i % 2 == 0 else "fitted" for i in range(n)]
+    crossings |= {"chi2": np.arange(float(n)), "dof": np.arange(n), "status": status}
+    for j in (1, 2):
+        crossings |= {
+            f"line_{j}_centre_s": time - 0.5, f"line_{j}_centre_hz": np.full(n, 2.0),
+            f"line_{j}_slope_hz_s": np.full(n, -4.0),
+            f"line_{j}_zero_s": time, f"crossing_{j}_s": np.full(n, 1.5), f"kept_{j}": np.ones(n),
+        }  # fmt: skip
+    crossings |= {
+        "omega_rad_s": np.full(n, 0.013),
+        "difference_hz": np.full(n, -4.0),
+        "azimuth_deg": 0.8 * (time - 1.5),
+    }
+    dopplers = {
+        **{name: np.concatenate([values] * 2) for name, values in common.items()},
+        "channel": ["1"] * n + ["2"] * n, "doppler_hz": np.full(2 * n, 5.0), "residual_hz": np.full(2 * n, 0.1),
+        "used": np.arange(2 * n) % 3.0, "row": np.tile(recording.row, 2), "target": [None] * (2 * n),
+    }  # fmt: skip
+    return {
+        "crossings": Table(crossings | ends),
+        "dopplers": Table(dopplers),
+        "sensitivities": Table(
+            {"track": np.ones(2), "quantity": ["clock", "base"], "step": np.ones(2), "step_unit": ["ms", "%"],
+             "error_m": np.array([20.0, 50.0])}
+        ),
+        "base_bounds": Table(
+            {"distance_m": np.array([1e4, 2e4]), "crossing_known_m": np.array([100.0, 200.0]),
+             "end_known_m": np.array([90.0, 180.0]), "crossing_unknown_m": np.array([150.0, 250.0]),
+             "end_unknown_m": np.array([90.0, 190.0])}
+        ),
+    }  # fmt: skip

@@ -17,6 +17,9 @@ from algorithms.recording import DopplerPairs
 
 Floats = NDArray[np.float64]
 
+# The base line is cut into so many parts.
+PLACES = 40
+
 
 def true_thetas(recording: DopplerPairs, conditions: Conditions) -> list[tuple[NDArray[np.int64], Floats]]:
     """Rows of each true flight and its theta (5,)."""
@@ -37,16 +40,56 @@ def true_thetas(recording: DopplerPairs, conditions: Conditions) -> list[tuple[N
     return out
 
 
-def bounds_of_crossing(recording: DopplerPairs, conditions: Conditions, unknowns: int) -> Floats:
-    """(M, unknowns): bound of the standard deviations of theta after each row of its flight."""
+def bounds_of_crossing(
+    recording: DopplerPairs, conditions: Conditions, unknowns: int, sigma_azimuth_rad: float | None = None
+) -> Floats:
+    """(M, unknowns): bound of the standard deviations of theta after each row of its flight.
+
+    From what was measured in the first trial; with azimuths too where their error is given.
+    """
     out = np.full((len(recording), unknowns), np.nan)
     for rows, theta in true_thetas(recording, conditions):
         height = float(recording.truth_m[rows[0], 2] - conditions.frame.origin_m[2])
-        _, g = doppler_rows(recording.time_s[rows], theta, conditions.feet, conditions.wavelength, height)
-        measured = np.isfinite(recording.doppler_hz[rows][:, :, 0]) if recording.doppler_hz.shape[2] else None
-        there = np.ones(g.shape[:2], np.bool_) if measured is None else measured.T
-        out[rows] = crossing_bound(g, there, conditions.sigma, unknowns)
+        time = recording.time_s[rows]
+        _, g = doppler_rows(time, theta, conditions.feet, conditions.wavelength, height)
+        measured = np.isfinite(recording.doppler_hz[rows][:, :, 0]).T
+        extra = None
+        if sigma_azimuth_rad is not None:
+            there = np.isfinite(recording.azimuth_rad[rows][:, 0])
+            extra = azimuth_information(time, theta, sigma_azimuth_rad) * there[:, None, None]
+        out[rows] = crossing_bound(g, measured, conditions.sigma, unknowns, extra)
     return out
+
+
+def azimuth_information(time_s: Floats, theta: Floats, sigma_rad: float) -> Floats:
+    """(K, 5, 5): information of an azimuth phi = atan2(y, x) at each instant."""
+    tau, s, vy, vx, ay = theta
+    d = time_s - tau
+    x, y = s + vx * d, vy * d + 0.5 * ay * d * d
+    zero, one = np.zeros_like(d), np.ones_like(d)
+    dx = np.stack([-vx * one, one, zero, d, zero], axis=1)
+    dy = np.stack([-(vy + ay * d), zero, d, zero, 0.5 * d * d], axis=1)
+    row = (x[:, None] * dy - y[:, None] * dx) / (x * x + y * y)[:, None]
+    return np.asarray(row[:, :, None] * row[:, None, :] / sigma_rad**2)
+
+
+def bounds_along_base(conditions: Conditions, time_s: Floats, theta: Floats) -> tuple[Floats, Floats]:
+    """Places along the base line, m, and there (place, 4) bounds of s, m, for this pass moved to that place.
+
+    Columns: course known at the crossing and at the end of the pass, course unknown at both.
+    """
+    places = conditions.a * np.arange(1, PLACES) / PLACES
+    out = np.full((places.size, 4), np.nan)
+    at = int(np.searchsorted(time_s, theta[0])), len(time_s) - 1
+    for i, s in enumerate(places):
+        moved = theta.copy()
+        moved[1] = s
+        _, g = doppler_rows(time_s, moved, conditions.feet, conditions.wavelength, conditions.altitude)
+        measured = np.ones(g.shape[:2], np.bool_)
+        for j, unknowns in enumerate((3, 4)):
+            bound = crossing_bound(g, measured, conditions.sigma, unknowns)[:, 1]
+            out[i, 2 * j : 2 * j + 2] = bound[[min(at[0], at[1]), at[1]]]
+    return places, out
 
 
 def position_bound(recording: DopplerPairs, conditions: Conditions, unknowns: int) -> Floats:

@@ -25,9 +25,10 @@ from algorithms.forward_scatter.motion import UNKNOWNS
 from algorithms.forward_scatter.outputs import OUTPUTS
 from algorithms.forward_scatter.parameters import FreezeParameters, ScatterParameters
 from algorithms.forward_scatter.scoring import score_with
+from algorithms.forward_scatter.sensitivity import calibration_tables
 from algorithms.forward_scatter.tables import tabulate
 from algorithms.recording import DopplerPairs
-from algorithms.result import Note, Output, Result
+from algorithms.result import Note, Output, Result, Table
 from algorithms.scores import Scores
 from algorithms.site import Site
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
@@ -160,7 +161,14 @@ def first_channel(recording: DopplerPairs) -> DopplerPairs:
 
 def score(recording: DopplerPairs, parameters: AngleParameters, context: RunContext) -> Scores:
     """Follow simulated passes and score them against the truth."""
-    return score_with(run, recording, parameters, context)
+    # The site's first receiver alone: bounds and crossings are those of what the method sees.
+    return score_with(
+        run, first_channel(recording), parameters, context, float(np.radians(parameters.sigma_azimuth_deg))
+    )
+
+
+def _tables(recording: DopplerPairs, result: Result) -> dict[str, Table]:
+    return tabulate(recording, result) | calibration_tables(run, AngleParameters, first_channel(recording), result)
 
 
 ALGORITHM = Algorithm(
@@ -178,10 +186,21 @@ ALGORITHM = Algorithm(
         Output("height_m", ("mark", "trial"), "m", "height above the receiver, from elevations"),
         Output("azimuth_rad", ("mark", "trial"), "rad", "azimuth from the base line, positive to its left"),
     ),
-    charts=("plan",),
+    charts=(
+        "base_plan",
+        "crossing",
+        "angular_velocity",
+        "azimuth",
+        "doppler_residuals",
+        "sensitivity",
+        "base_bound",
+        "plan",
+        "trials_crossing",
+        "trials_crossing_sweep",
+    ),
     references=(Reference("scatter2014", "eqs. (19), (20)"),),
     run=run,
-    tabulate=tabulate,
+    tabulate=_tables,
     measure=measure,
     score=score,
 )

@@ -22,9 +22,10 @@ from algorithms.forward_scatter.outputs import OUTPUTS
 from algorithms.forward_scatter.parameters import ScatterParameters
 from algorithms.forward_scatter.recursive import FORMS, filter_pass
 from algorithms.forward_scatter.scoring import score_with
+from algorithms.forward_scatter.sensitivity import calibration_tables
 from algorithms.forward_scatter.tables import tabulate
 from algorithms.recording import DopplerPairs
-from algorithms.result import Result
+from algorithms.result import Result, Table
 from algorithms.scores import Floats, Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 
@@ -125,6 +126,10 @@ def bound(recording: DopplerPairs, parameters: KalmanParameters) -> Floats | Non
     return position_bound(recording, conditions_of(recording, parameters), 4)
 
 
+def _tables(recording: DopplerPairs, result: Result) -> dict[str, Table]:
+    return tabulate(recording, result) | calibration_tables(run, KalmanParameters, recording, result)
+
+
 ALGORITHM = Algorithm(
     name="forward_scatter_kalman",
     title="Recursive filters of the crossing",
@@ -134,10 +139,19 @@ ALGORITHM = Algorithm(
     takes=("doppler_pairs",),
     parameters=KalmanParameters,
     outputs=OUTPUTS,
-    charts=("plan",),
+    charts=(
+        "base_plan",
+        "crossing",
+        "doppler_residuals",
+        "sensitivity",
+        "base_bound",
+        "plan",
+        "trials_crossing",
+        "trials_crossing_sweep",
+    ),
     references=(Reference("barshalom2001", "sec. 10.3"),),
     run=run,
-    tabulate=tabulate,
+    tabulate=_tables,
     measure=measure,
     score=score,
     bound=bound,

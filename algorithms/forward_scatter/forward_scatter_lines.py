@@ -21,9 +21,10 @@ from algorithms.forward_scatter.measures import measure
 from algorithms.forward_scatter.outputs import LINE_OUTPUTS
 from algorithms.forward_scatter.parameters import FreezeParameters, ScatterParameters
 from algorithms.forward_scatter.scoring import score_with
+from algorithms.forward_scatter.sensitivity import calibration_tables
 from algorithms.forward_scatter.tables import tabulate
 from algorithms.recording import DopplerPairs
-from algorithms.result import Note, Result
+from algorithms.result import Note, Result, Table
 from algorithms.scores import Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 
@@ -156,6 +157,10 @@ def score(recording: DopplerPairs, parameters: LinesParameters, context: RunCont
     return score_with(run, recording, parameters, context)
 
 
+def _tables(recording: DopplerPairs, result: Result) -> dict[str, Table]:
+    return tabulate(recording, result) | calibration_tables(run, LinesParameters, recording, result)
+
+
 ALGORITHM = Algorithm(
     name="forward_scatter_lines",
     title="Lines and closed form (the paper's)",
@@ -165,10 +170,21 @@ ALGORITHM = Algorithm(
     takes=("doppler_pairs",),
     parameters=LinesParameters,
     outputs=LINE_OUTPUTS,
-    charts=("plan",),
+    charts=(
+        "base_plan",
+        "crossing",
+        "doppler_lines",
+        "angular_velocity",
+        "doppler_residuals",
+        "sensitivity",
+        "base_bound",
+        "plan",
+        "trials_crossing",
+        "trials_crossing_sweep",
+    ),
     references=(Reference("scatter2014", "eqs. (3)-(19)"),),
     run=run,
-    tabulate=tabulate,
+    tabulate=_tables,
     measure=measure,
     score=score,
 )

@@ -25,9 +25,10 @@ from algorithms.forward_scatter.measures import measure
 from algorithms.forward_scatter.outputs import OUTPUTS
 from algorithms.forward_scatter.parameters import ScatterParameters
 from algorithms.forward_scatter.scoring import score_with
+from algorithms.forward_scatter.sensitivity import calibration_tables
 from algorithms.forward_scatter.tables import tabulate
 from algorithms.recording import DopplerPairs
-from algorithms.result import Note, Result
+from algorithms.result import Note, Result, Table
 from algorithms.scores import Floats, Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 
@@ -194,6 +195,10 @@ def bound(recording: DopplerPairs, parameters: LikelihoodParameters) -> Floats |
     return position_bound(recording, conditions, parameters.unknowns)
 
 
+def _tables(recording: DopplerPairs, result: Result) -> dict[str, Table]:
+    return tabulate(recording, result) | calibration_tables(run, LikelihoodParameters, recording, result)
+
+
 ALGORITHM = Algorithm(
     name="forward_scatter_ml",
     title="Maximum likelihood of the crossing",
@@ -203,10 +208,20 @@ ALGORITHM = Algorithm(
     takes=("doppler_pairs",),
     parameters=LikelihoodParameters,
     outputs=OUTPUTS,
-    charts=("plan",),
+    charts=(
+        "base_plan",
+        "crossing",
+        "doppler_residuals",
+        "doppler_lines",
+        "sensitivity",
+        "base_bound",
+        "plan",
+        "trials_crossing",
+        "trials_crossing_sweep",
+    ),
     references=(Reference("scatter2014", "sec. 2"), Reference("more1978"), Reference("barshalom2001", "sec. 2.3")),
     run=run,
-    tabulate=tabulate,
+    tabulate=_tables,
     measure=measure,
     score=score,
     bound=bound,

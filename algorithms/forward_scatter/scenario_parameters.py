@@ -83,7 +83,7 @@ class PassParameters(Parameters):
     unsigned: bool = parameter(False, title="Doppler without sign", group="reception")
     """The receiver gives magnitudes only."""
     clock_error_ms: float = parameter(0.0, title="Clock error", unit="ms", group="reception", ge=-1e4, le=1e4)
-    """Of the second receiver: its Doppler is later by so much."""
+    """By how much the second receiver's clock is late: it stamps its Dopplers too early."""
     frequency_offset_hz: float = parameter(0.0, title="Frequency offset", unit="Hz", group="reception", ge=-1e4, le=1e4)
     """Added to the second receiver's Doppler."""
     common_offset_hz: float = parameter(0.0, title="Common offset", unit="Hz", group="reception", ge=-1e4, le=1e4)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.forward_scatter.bound import bounds_of_crossing
 from algorithms.forward_scatter.conditions import conditions_of
 from algorithms.forward_scatter.truth import true_crossings
 from algorithms.recording import DopplerPairs
@@ -25,15 +26,21 @@ FAR_M = 5_000.0
 NORMAL_95 = 1.959964
 
 
+BOUNDS = {3: "crossing_distance_bound_3_m", 4: "crossing_distance_bound_4_m"}
+"""The Cramer-Rao bounds of s with the course known and unknown, of the flight that is simulated."""
+
+
 def score_with(
     run: Callable[[DopplerPairs, Any, RunContext], Result],
     recording: DopplerPairs,
     parameters: Any,
     context: RunContext,
+    sigma_azimuth_rad: float | None = None,
 ) -> Scores:
-    """Run a method on simulated passes and score it."""
+    """Run a method on simulated passes and score it; the bounds know azimuths where their error is given."""
     arrays = run(recording, parameters, context).arrays
-    frame = conditions_of(recording, parameters).frame
+    conditions = conditions_of(recording, parameters)
+    frame = conditions.frame
     crossing = true_crossings(recording, frame)
     theta = np.asarray(arrays["theta"], float)
     state = np.asarray(arrays["state"], float)
@@ -67,7 +74,7 @@ def score_with(
     one = np.ones(answered.shape)
     squares = total(s_error * s_error, known)
     normalised = total(s_error * s_error / np.where(told, sd * sd, 1.0), told)
-    tallies = (
+    tallies: tuple[Tally, ...] = (
         Tally("rms_horizontal_m", "m", *total(horizontal, answered), root=True, curve=True, compared=True),
         Tally("claimed_horizontal_m", "m", *total(claim, answered), root=True, curve=True),
         Tally("rms_velocity_mps", "m/s", *total(speed, answered), root=True, compared=True),
@@ -85,6 +92,9 @@ def score_with(
         Tally("chi2_per_dof", "1", np.where(tested, chi2, 0.0), np.where(tested, dof, 0.0), curve=True),
         Tally("answered_share", "1", answered.astype(float), one, curve=True, share=True),
     )
+    for unknowns, name in BOUNDS.items():
+        limit = bounds_of_crossing(recording, conditions, unknowns, sigma_azimuth_rad)[:, 1, None] ** 2
+        tallies += (Tally(name, "m", *total(limit * one, known), root=True, curve=True),)
     samples = (
         Sample("crossing_distance_m", "m", np.abs(s_error).astype(np.float32), curve=True),
         Sample("crossing_distance_error_m", "m", s_error.astype(np.float32)),

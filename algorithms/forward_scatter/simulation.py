@@ -83,7 +83,8 @@ def simulate(p: PassParameters, trials: tuple[int, ...], seed: int) -> DopplerPa
     exact = np.empty((time.size, len(pairs)))
     rates = np.empty((time.size, len(pairs)))
     for c, (i, j) in enumerate(pairs):
-        late = p.clock_error_ms / 1000 if c % 2 else 0.0
+        # A clock that is late stamps what happens too early.
+        late = -p.clock_error_ms / 1000 if c % 2 else 0.0
         where, speed = _truth(p, along, across, tau, time - late, which)
         offset = p.common_offset_hz + (p.frequency_offset_hz if c % 2 else 0.0)
         exact[:, c] = doppler_hz(where, speed, tx[i], rx[j], p.wavelength_m) + offset

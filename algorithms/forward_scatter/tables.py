@@ -124,6 +124,8 @@ def _crossings(recording: DopplerPairs, result: Result) -> Table:
     for name in ("difference_hz", "gamma_hz_s", "height_m"):
         if name in a:
             columns[name] = _flat(a[name])
+    if "azimuth_rad" in a:
+        columns["azimuth_deg"] = np.degrees(_flat(a["azimuth_rad"]))
     return Table(columns | _ends(recording, result))
 
 

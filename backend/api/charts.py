@@ -195,8 +195,11 @@ def charts_of_entries(
     names = dict.fromkeys(
         name for entry in entries if (algorithm := catalogue().get(entry.name)) is not None for name in algorithm.charts
     )
+    # What an algorithm declares of trials has nothing to show on a recording.
+    of_trials = [name for name in names if name.startswith("trials_")]
+    names = dict.fromkeys(name for name in names if name not in of_trials)
     if "scenario" in source:
-        own = [name for name in TRIAL_CHARTS if name != "trials_sweep" or source.get("sweep")]
+        own = [n for n in (*of_trials, *TRIAL_CHARTS) if not n.endswith("_sweep") or source.get("sweep")]
         names = dict.fromkeys((*own, *(() if trials_only else names)))
     return [found[name] for name in names if name in found]
 

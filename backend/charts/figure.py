@@ -56,6 +56,12 @@ _REASONS = {
     "nothing_to_compare": "One algorithm alone: there is nothing to compare it with.",
     "no_nis": "No algorithm of this run gave an innovation with its covariance.",
     "no_position": "Nothing in this recording has a place in the plane: it needs a site or true positions.",
+    "no_base_line": "This recording has no site with transmitters and receivers.",
+    "no_dopplers": "No algorithm of this run gave residuals of Dopplers.",
+    "no_crossings": "No algorithm of this run gave a crossing of the base line.",
+    "no_angular_velocity": "No algorithm of this run works with an angular velocity.",
+    "no_sensitivities": "No pass has an answer for which calibration errors could be computed.",
+    "no_base_bounds": "No pass has an answer from which the bound along the base line could be computed.",
     "other_kind": "This chart is for recordings of another kind.",
 }
 

@@ -14,6 +14,7 @@ import * as studies from "./ru-studies.js";
 
 /** @type {Record<string, string>} */
 export const codes = {
+  ...forwardScatter.codes,
   "file_role.data": "измерения",
   "file_role.site": "описание системы",
   "file_role.truth": "истина",
@@ -465,6 +466,7 @@ export const patterns = [
   [/^Station (.+?) disagrees with the others: as if it stood (.+?) m away \(east (.+?) m, north (.+?) m\)\.$/, "Пункт $1 не согласуется с остальными: как если бы он стоял в $2 м (восток $3 м, север $4 м)."],
   [/^Cannot be judged: (.+?) stations? of (\d+); the table of receivers says why\.$/, "О пунктах судить нельзя: $1 из $2; почему – в таблице пунктов приёма."],
   [/^(.+?) residuals, middle 90 % (.+?) to (.+?) m$/, "остатков $1, средние 90 % от $2 до $3 м"],
+  [/^Over (.+?) trials?, from 6 s after the first instant: before, mean and spread of a ratio do not exist\. The table of metrics has medians and the share of answers\.$/, "По реализациям: $1, с 6 с после первого момента: раньше среднее и разброс отношения не существуют. Медианы и доля ответов – в таблице показателей."],
   [/^Shares in bins of (.+?) s\.$/, "Доли по отрезкам в $1 с."],
   [/^Lines and large symbols: root mean squares of (.+?) s; small points: single marks\.$/, "Линии и крупные знаки: СКО за $1 с; мелкие точки: отдельные отметки."],
   [/^No place on a logarithmic axis: (.+?) errors? of exactly 0 m\.$/, "Ошибок ровно 0 м, которым нет места на логарифмической оси: $1."],

@@ -22,7 +22,7 @@ from tests import chart_views
 
 ROLES = {"series", "truth", "station", "measurement", "bound", "interval", "rejected"}
 # Quantities without a unit; everything else says its unit after the last comma.
-UNITLESS = ("NIS", "Station", "Gain")
+UNITLESS = ("NIS", "Station", "Gain", "Chi2", "Calibration error")
 LONG_LABEL = "rdfv " + "x" * 115
 
 
@@ -45,6 +45,8 @@ RECORDINGS: dict[str, Callable[[], Recording]] = {
     "no plots": lambda: chart_views.plots(0),
     "antenna plots": chart_views.antenna,
     "Doppler pairs": chart_views.doppler,
+    "no Doppler": lambda: chart_views.doppler(0),
+    "Doppler without site": lambda: chart_views.doppler(site=False),
 }
 
 VIEWS: dict[str, Callable[[Recording], RunView]] = {
@@ -56,6 +58,7 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
                 "errors": chart_views.errors(r),
                 "receivers": chart_views.receivers(),
                 **chart_views.trial_tables(scale),
+                **chart_views.scatter_tables(r),
             }
             for scale in (2.0, 1.0, 1.0)
         ],
@@ -119,7 +122,7 @@ def test_a_chart_holds_the_contract(chart: Chart, make: Callable[[], Any], optio
     for name, axis in layout.items():
         if re.fullmatch(r"[xy]axis\d*", name):
             title = axis["title"]["text"]
-            assert title.startswith(UNITLESS) or re.search(r", (s|m|km|%|deg|Hz|Hz/s|µs)$", title), title
+            assert title.startswith(UNITLESS) or re.search(r", (s|m|km|%|deg|deg/s|m/s|Hz|Hz/s|µs)$", title), title
 
 
 @pytest.mark.parametrize(("source", "name"), [(s, n) for s in ("run", "recording") for n in charts(s)])
@@ -136,7 +139,7 @@ def test_plotly_accepts_the_figure_as_it_is_sent(source: Any, name: str, what: s
 
 @pytest.mark.parametrize(("source", "name"), [(s, n) for s in ("run", "recording") for n in charts(s)])
 def test_a_chart_has_a_table_and_a_page(source: Any, name: str) -> None:
-    recording = chart_views.marks()
+    recording = chart_views.doppler() if charts(source)[name].kinds == ("doppler_pairs",) else chart_views.marks()
     view = RecordingView(recording) if source == "recording" else VIEWS["complete"](recording)
     drawn = charts(source)[name].draw(view, ChartOptions(full=True))
     table = chart_table(drawn)

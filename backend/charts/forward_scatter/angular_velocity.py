@@ -1,0 +1,94 @@
+"""Difference of the Dopplers and angular velocity over time, and for one receiver the azimuths with their fit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from algorithms.recording import DopplerPairs, Recording
+from algorithms.toolbox.frames.forward_scatter import scatter_frame
+from backend.charts import theme
+from backend.charts.columns import Floats
+from backend.charts.decimate import Picked, curve
+from backend.charts.figure import Trace, figure, line_of, not_applicable, time_axis, trace
+from backend.charts.forward_scatter.panels import axis_number, rows_of, stacked_axes
+from backend.charts.view import Chart, ChartOptions, Figure, RunView
+
+TITLE = "Angular velocity"
+
+
+def draw(view: RunView, options: ChartOptions) -> Figure:
+    """Draw what the closed forms found; the exact value where the truth is known."""
+    found = [(entry, rows) for entry in view.entries if (rows := rows_of(entry, "crossings")) is not None]
+    found = [(entry, rows) for entry, rows in found if np.isfinite(rows.numbers("omega_rad_s")).any()]
+    if not found:
+        return not_applicable(TITLE, "no_angular_velocity")
+    traces: list[Trace] = []
+    picked: list[Picked] = []
+    panels: list[tuple[str, str, float]] = [("omega_rad_s", "Angular velocity, deg/s", float(np.degrees(1)))]
+    if any(np.isfinite(rows.numbers("difference_hz")).any() for _, rows in found):
+        panels.append(("difference_hz", "Difference of the Dopplers, Hz", 1.0))
+    for i, (name, _, scale) in enumerate(panels):
+        key = f"y{axis_number(i)}"
+        for entry, rows in found:
+            value = scale * rows.numbers(name)
+            points = curve(rows.time_s, (value,), rows.breaks, options.curve_points)
+            if points.of == 0:
+                continue
+            picked.append(points)
+            traces.append(
+                trace(
+                    "series",
+                    points.take(rows.time_s),
+                    options.number(points.take(value)),
+                    entry=entry,
+                    name=entry.label,
+                    showlegend=i == 0,
+                    yaxis=key,
+                    mode="lines",
+                    line=line_of(entry),
+                    customdata=points.take(rows.row),
+                    hovertemplate=f"<b>{entry.label}</b><br>%{{y:.4~r}}<br>%{{x:.3f}} s, "
+                    "row %{customdata}<extra></extra>",
+                )
+            )
+        exact = _exact(view.recording) if name == "omega_rad_s" else None
+        if exact is not None:
+            traces.append(
+                trace(
+                    "truth",
+                    view.recording.time_s,
+                    scale * exact,
+                    name="exact, seen from the receivers",
+                    yaxis=key,
+                    mode="lines",
+                    line={"color": theme.TRUTH, "width": 1, "dash": "dash"},
+                )
+            )
+    last = f"y{axis_number(len(panels) - 1)}"
+    return figure(
+        TITLE,
+        traces,
+        recording=view.recording,
+        picked=picked,
+        xaxis=time_axis(view.recording, anchor=last),
+        **stacked_axes([title for _, title, _ in panels]),
+    )
+
+
+def _exact(recording: Recording) -> Floats | None:
+    """(x v_y - y v_x) / (x^2 + y^2), rad/s."""
+    site = recording.site
+    if not isinstance(recording, DopplerPairs) or not recording.has_truth or site is None or not site.transmitters:
+        return None
+    places = site.terminal_positions()
+    count = len(site.transmitters)
+    frame = scatter_frame(places[:count], places[count:])
+    place, speed = frame.from_enu(recording.truth_m), frame.turned_from_enu(recording.truth_velocity_mps)
+    square = place[:, 0] ** 2 + place[:, 1] ** 2
+    exact = (place[:, 0] * speed[:, 1] - place[:, 1] * speed[:, 0]) / square
+    return exact if np.isfinite(exact).any() else None
+
+
+CHART = Chart(
+    name="angular_velocity", title=TITLE, source="run", needs=("crossings",), draw=draw, kinds=("doppler_pairs",)
+)

@@ -1,0 +1,128 @@
+"""Measured Dopplers with the lines of the closed form: its last window, the zero of each, the crossing that is kept."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from backend.charts import theme
+from backend.charts.decimate import Picked, thin
+from backend.charts.figure import ChartNote, Trace, axis, figure, line_of, not_applicable, time_axis, trace
+from backend.charts.forward_scatter.panels import Rows, rows_of
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
+
+TITLE = "Dopplers and their lines"
+
+
+def draw(view: RunView, options: ChartOptions) -> Figure:
+    """Draw the Dopplers once, and of each closed form the line at the end of every pass and where it crossed zero."""
+    found = [(entry, rows) for entry in view.entries if (rows := rows_of(entry, "dopplers")) is not None]
+    if not found:
+        return not_applicable(TITLE, "no_dopplers")
+    traces: list[Trace] = []
+    picked: list[Picked] = []
+    _, first = found[0]
+    channels = list(dict.fromkeys(first.words("channel")))
+    for i, channel in enumerate(channels):
+        own = np.flatnonzero((first.words("channel") == channel) & np.isfinite(first.numbers("doppler_hz")))
+        points = thin(own, options.marks)
+        picked.append(points)
+        traces.append(
+            trace(
+                "measurement",
+                points.take(first.time_s),
+                options.number(points.take(first.numbers("doppler_hz"))),
+                name=f"channel {channel}",
+                mode="markers",
+                marker={"color": theme.MEASUREMENT, "size": 5, "symbol": theme.SYMBOLS[i % len(theme.SYMBOLS)]},
+                customdata=points.take(first.row),
+                hovertemplate=f"<b>channel {channel}</b><br>%{{y:.3f}} Hz<br>%{{x:.3f}} s, "
+                "row %{customdata}<extra></extra>",
+            )
+        )
+    for entry in view.entries:
+        rows = rows_of(entry, "crossings")
+        if rows is not None and np.isfinite(rows.numbers("line_1_slope_hz_s")).any():
+            traces += _lines(entry, rows)
+    for entry, rows in found:
+        traces += _rejected(entry, rows)
+    notes = [
+        ChartNote(
+            "lines", "Lines through the window at the end of a pass, dashed to their zero; a cross is a kept crossing."
+        )
+    ]
+    return figure(
+        TITLE,
+        traces,
+        recording=view.recording,
+        picked=picked,
+        notes=notes if any(t["meta"]["role"] == "series" for t in traces) else [],
+        xaxis=time_axis(view.recording),
+        yaxis=axis("Doppler, Hz", zeroline=True, zerolinecolor=theme.AXIS),
+    )
+
+
+def _lines(entry: Entry, rows: Rows) -> list[Trace]:
+    """The last line of each pass, drawn over its window and on to zero, and the crossings that are kept."""
+    out: list[Trace] = []
+    last = np.append(np.flatnonzero(rows.breaks)[1:] - 1, rows.order.size - 1)
+    for j in (1, 2):
+        x: list[float] = []
+        y: list[float] = []
+        kept_x: list[float] = []
+        for k in last:
+            centre, value = rows.numbers(f"line_{j}_centre_s")[k], rows.numbers(f"line_{j}_centre_hz")[k]
+            slope, zero = rows.numbers(f"line_{j}_slope_hz_s")[k], rows.numbers(f"line_{j}_zero_s")[k]
+            if not np.isfinite([centre, value, slope, zero]).all():
+                continue
+            half = max(rows.time_s[k] - centre, 1e-9)
+            for t in (zero, centre - half, centre + half):
+                x.append(float(t))
+                y.append(float(value + slope * (t - centre)))
+            x.append(np.nan)
+            y.append(np.nan)
+            if rows.numbers(f"kept_{j}")[k] > 0:
+                kept_x.append(float(rows.numbers(f"crossing_{j}_s")[k]))
+        if x:
+            name = f"{entry.label}, line {j}"
+            look = {**line_of(entry, 1), "dash": "dash"}
+            out.append(trace("series", np.array(x), np.array(y), entry=entry, name=name, mode="lines", line=look,
+                             hovertemplate=f"<b>{name}</b><br>%{{y:.2f}} Hz, %{{x:.3f}} s<extra></extra>"))  # fmt: skip
+        if kept_x:
+            name = f"{entry.label}, crossing of receiver {j}"
+            marker = {"symbol": "x", "size": 9, "color": theme.series_color(entry.index)}
+            out.append(trace("series", np.array(kept_x), np.zeros(len(kept_x)), entry=entry, name=name, mode="markers",
+                             marker=marker, showlegend=False,
+                             hovertemplate=f"<b>{name}</b><br>%{{x:.4f}} s<extra></extra>"))  # fmt: skip
+    return out
+
+
+def _rejected(entry: Entry, rows: Rows) -> list[Trace]:
+    f, residual, used = (rows.numbers(n) for n in ("doppler_hz", "residual_hz", "used"))
+    out = np.flatnonzero(np.isfinite(f) & np.isfinite(residual) & (used == 0))
+    if not out.size:
+        return []
+    name = f"{entry.label}, not used"
+    color = theme.series_color(entry.index)
+    return [
+        trace(
+            "rejected",
+            rows.time_s[out],
+            f[out].astype(np.float32),
+            entry=entry,
+            name=name,
+            mode="markers",
+            marker={"symbol": "circle-open", "size": 9, "color": color, "line": {"color": color, "width": 1.5}},
+            customdata=rows.row[out],
+            hovertemplate=f"<b>{name}</b><br>%{{y:.2f}} Hz<br>%{{x:.3f}} s, row %{{customdata}}<extra></extra>",
+        )
+    ]
+
+
+CHART = Chart(
+    name="doppler_lines",
+    title=TITLE,
+    source="run",
+    needs=("dopplers", "crossings"),
+    draw=draw,
+    kinds=("doppler_pairs",),
+)
