@@ -34,7 +34,7 @@ def test_the_sample_is_there_and_nothing_leaves_the_origin(visit: Callable[..., 
     visited = visit()
     page = visited.open("#/runs")
     route = sample_run(page)
-    expect(page.get_by_role("row", name=re.compile("succeeded.*Sample"))).to_be_visible()
+    expect(page.get_by_role("row", name=re.compile("succeeded.*Sample: three algorithms"))).to_be_visible()
     visited.follow(route)
     for heading in ("Plan", "Horizontal error", "NIS", "Altitude", "Receptions"):
         assert any(trace["points"] for trace in drawn(page, heading)["traces"]), heading

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from algorithms.forward_scatter.truth import true_crossings
 from algorithms.recording import DopplerPairs, Recording
 from algorithms.toolbox.frames.forward_scatter import scatter_frame
 from backend.charts import theme
@@ -64,8 +65,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
                 )
             )
     axes = stacked_axes([title for _, title, _, _ in PANELS])
-    for key, values in ranges.items():
-        together = np.concatenate(values)
+    for key, shown in ranges.items():
+        together = np.concatenate(shown)
         if together.size:
             low, high = np.percentile(together, VIEW)
             margin = 0.6 * (high - low) + 0.02 * abs(high) + 1e-6
@@ -117,8 +118,6 @@ def _curve(
 
 
 def _true(recording: Recording) -> dict[str, Floats] | None:
-    from algorithms.forward_scatter.truth import true_crossings
-
     site = recording.site
     if not isinstance(recording, DopplerPairs) or not recording.has_truth or site is None or not site.transmitters:
         return None

@@ -32,7 +32,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     traces: list[Trace] = []
     picked: list[Picked] = []
     for series in found:
-        traces += band(series, *(_settled(series, f"crossing_distance_rms_m_{end}") for end in ("low", "high")))
+        low, high = (_settled(series, f"crossing_distance_rms_m_{end}") for end in ("low", "high"))
+        traces += band(series, low, high)
     for series in found:
         for column, word, look in WORDS:
             values = np.abs(_settled(series, column))

@@ -1,0 +1,102 @@
+"""Forward scatter as a person sees it: the sample's passes, a recording of one's own, trials, a study, Russian."""
+
+from __future__ import annotations
+
+import json
+import re
+import urllib.request
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.charts import drawn
+from tests.browser.conftest import Server, Visit
+from tests.browser.russian import english_left
+
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+
+LABELS = ("forward_scatter_ml", "forward_scatter_lines", "forward_scatter_angle")
+
+
+def ask(server: Server, path: str, body: Any = None) -> Any:
+    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"}
+    data = None if body is None else json.dumps(body).encode()
+    with urllib.request.urlopen(urllib.request.Request(f"{server.url}/api/v1/{path}", data, head)) as answer:
+        return json.load(answer)
+
+
+def sample_run(server: Server) -> str:
+    (run,) = (r for r in ask(server, "runs?tag=sample")["items"] if "base line" in r["label"])
+    return str(run["id"])
+
+
+def test_the_sample_shows_three_passes(visit: Callable[..., Visit], server: Server) -> None:
+    visited = visit()
+    page = visited.open(f"#/runs/{sample_run(server)}")
+    passes = drawn(page, "Passes across the base line")
+    for label in LABELS:
+        (path,) = passes.traces(role="series", label=label)
+        assert path["points"] == 93 + 2, "three passes with a gap between each two"
+    assert {t["name"] for t in passes.traces(role="station")} == {"lines of sight", "transmitters and receivers"}
+    crossing = drawn(page, "What is known of the crossing")
+    assert len(crossing.traces(role="truth")) == 3
+    lines = drawn(page, "Dopplers and their lines")
+    assert {t["name"] for t in lines.traces(label="forward_scatter_lines")} >= {
+        "forward_scatter_lines, line 1",
+        "forward_scatter_lines, crossing of receiver 2",
+    }
+    assert drawn(page, "Azimuth from the base line").traces(role="measurement")
+    assert len(drawn(page, "What calibration errors cost").traces(role="series")) == 3
+    assert len(drawn(page, "Bound along the base line").traces(role="series")) == 4
+    page.get_by_role("tab", name=re.compile("Decisions")).click()
+    expect(page.get_by_role("tabpanel")).to_contain_text("crossing time of this receiver is kept")
+    visited.assert_clean()
+
+
+def test_a_file_without_its_site_is_told_and_with_it_runs(
+    visit: Callable[..., Visit], server: Server, repository: Path
+) -> None:
+    """The form has the choices of the paper's algorithm; what it gives is the run's."""
+    visited = visit()
+    (recording,) = (r for r in ask(server, "recordings?kind=doppler_pairs")["items"])
+    page = visited.open(f'#/new?recording={recording["id"]}&a={{"name":"forward_scatter_lines"}}')
+    page.get_by_label("Formula", exact=True).wait_for()
+    page.get_by_label("Formula", exact=True).select_option("19")
+    page.get_by_label("Crossing is kept", exact=True).select_option("c")
+    page.get_by_role("button", name="Start", exact=True).click()
+    expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=120_000)
+    run = ask(server, f"runs/{page.url.rpartition('/')[2]}")
+    assert run["algorithms"][0]["parameters"] == {"formula": 19, "freeze_rule": "c"}
+    visited.assert_clean()
+
+
+def test_trials_show_both_bounds_and_a_study_its_verdicts(visit: Callable[..., Visit], server: Server) -> None:
+    visited = visit()
+    study = ask(server, "runs", {"study": "forward_scatter_figure_2", "trials": 64})
+    page = visited.open(f"#/runs/{study['id']}")
+    expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=180_000)
+    errors = drawn(page, "Error of the crossing distance over trials")
+    assert {t["name"] for t in errors.traces(role="bound")} == {"bound, course unknown", "bound, course known"}
+    assert {t["label"] for t in errors.traces(role="series")} == {"paper", "all data", "likelihood"}
+    page.get_by_role("tab", name=re.compile("Claims")).click()
+    panel = page.get_by_role("tabpanel")
+    expect(panel).to_contain_text("the accuracy is sufficient and comparable with the potential one")
+    expect(panel.locator("tbody tr")).to_have_count(3)
+    visited.assert_clean()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_speaks_russian_and_fits_a_telephone(visit: Callable[..., Visit], server: Server, scheme: str) -> None:
+    run = sample_run(server)
+    visited = visit(locale="ru-RU", color_scheme=scheme, viewport={"width": 390, "height": 844})
+    page = visited.open(f"#/runs/{run}")
+    drawn(page, "Пролёты через базу")
+    drawn(page, "Что известно о пересечении")
+    names = (*LABELS, "TX", "RX", "sample_dopplers", "Sample: three passes across a base line", "sample", "chi2")
+    assert english_left(page, names) == []
+    overflow = page.evaluate("() => document.documentElement.scrollWidth - document.documentElement.clientWidth")
+    assert overflow <= 0
+    visited.assert_clean()
