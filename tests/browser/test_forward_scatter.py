@@ -6,7 +6,6 @@ import json
 import re
 import urllib.request
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -56,10 +55,8 @@ def test_the_sample_shows_three_passes(visit: Callable[..., Visit], server: Serv
     visited.assert_clean()
 
 
-def test_a_file_without_its_site_is_told_and_with_it_runs(
-    visit: Callable[..., Visit], server: Server, repository: Path
-) -> None:
-    """The form has the choices of the paper's algorithm; what it gives is the run's."""
+def test_the_form_has_the_choices_of_the_paper(visit: Callable[..., Visit], server: Server) -> None:
+    """What is chosen there is what the run was given: a formula is a number, a rule a word."""
     visited = visit()
     (recording,) = (r for r in ask(server, "recordings?kind=doppler_pairs")["items"])
     page = visited.open(f'#/new?recording={recording["id"]}&a={{"name":"forward_scatter_lines"}}')

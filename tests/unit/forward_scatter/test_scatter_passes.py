@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,7 +35,8 @@ def test_targets_one_after_another_are_passes_of_their_own(scenario: dict[str, A
     )
     found = run(ML, recording, robust="consensus")
     track = found.arrays["track"][:, 0]
-    assert track[[0, 31, 62, 93]].tolist() == [1, 2, 3, 4]
+    # A first Doppler that is missing or false belongs to nobody's jump.
+    assert track[[3, 34, 65, 96]].tolist() == [1, 2, 3, 4]
     assert track[[30, 61, 92, 123]].tolist() == [1, 2, 3, 4]
     ends = found.arrays["theta"][[30, 61, 92, 123], 1, 0]
     assert ends == pytest.approx([12_000, 17_000, 22_000, 27_000], abs=2500)
@@ -82,13 +82,20 @@ def test_four_dopplers() -> None:
     assert found.arrays["dof"][-1, 0] == 4 * 31 - 4
 
 
-def test_measured_rates_take_part() -> None:
-    """Rates of 0.001 Hz/s leave formula 19 with the error of omega alone."""
-    exact = made(sigma_doppler_rate_hz_s=0.001, sigma_doppler_hz=0.2)
-    with_rates = run(LINES, exact, formula=19, sigma_doppler_rate_hz_s=0.001)
-    without = run(LINES, replace(exact, doppler_rate_hz_s=np.full_like(exact.doppler_rate_hz_s, np.nan)), formula=19)
-    sd = [np.sqrt(r.arrays["theta_covariance"][15, 1, 1, 0]) for r in (with_rates, without)]
-    assert sd[0] < 0.95 * sd[1]
+def test_measured_rates_take_the_place_of_slopes() -> None:
+    """Or are weighted with them, where their error is told."""
+    recording = made(sigma_doppler_rate_hz_s=0.01)
+    found = run(LINES, recording, formula=19)
+    gamma = recording.doppler_rate_hz_s[6:16, :, 0].mean()
+    omega = found.arrays["omega_rad_s"][15, 0]
+    assert found.arrays["theta"][15, 1, 0] == pytest.approx(4e4 * gamma / (gamma - 4e4 * omega**2), rel=1e-9)
+    fitted = found.arrays["line"][15, :, 2, 0].mean()
+    one, other = (
+        run(LINES, recording, formula=19, sigma_doppler_rate_hz_s=sigma).arrays["theta"][15, 1, 0]
+        for sigma in (1e-6, 1e5)
+    )
+    assert one == pytest.approx(4e4 * gamma / (gamma - 4e4 * omega**2), rel=1e-6)
+    assert other == pytest.approx(4e4 * fitted / (fitted - 4e4 * omega**2), rel=1e-6)
 
 
 def test_legs_are_the_instants_of_the_tables() -> None:
