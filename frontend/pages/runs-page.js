@@ -40,8 +40,10 @@ class RunsPage extends HTMLElement {
   cursor = null;
   /** @type {(() => void) | null} */
   unwatch = null;
-  /** Number of the last question to the server; answers to earlier ones come too late. */
+  /** Number of the last question to the server. */
   asked = 0;
+  /** Answers to earlier questions come too late: a later one is shown, or the filters have changed. */
+  answered = 0;
   /** @type {Record<string, HTMLInputElement | HTMLSelectElement>} */
   filters = {};
   /** Ids of the runs that are ticked, in the order of the ticks. @type {string[]} */
@@ -86,8 +88,8 @@ class RunsPage extends HTMLElement {
       if (news?.kind !== "recording.changed") look();
       if (news && news.kind !== "run.progress") lookAtChoices();
     });
-    this.load();
-    this.loadChoices();
+    // The list first: it is what the reader waits for.
+    this.load().then(() => this.loadChoices());
   }
 
   disconnectedCallback() {
@@ -154,6 +156,7 @@ class RunsPage extends HTMLElement {
 
   filtered() {
     this.runs = [];
+    this.answered = this.asked + 1;
     this.load();
   }
 
@@ -167,14 +170,15 @@ class RunsPage extends HTMLElement {
       const limit = Math.min(MOST_RUNS, Math.max(PAGE_RUNS, this.runs.length));
       /** @type {Page<Run>} */
       const page = await get("runs", { query: { ...chosen, limit }, signal: this.stop?.signal });
-      if (asked !== this.asked) return;
+      if (asked < this.answered) return;
+      this.answered = asked;
       const last = page.items.at(-1);
       const older = page.next_cursor && last ? this.runs.filter((run) => run.created_at < last.created_at) : [];
       if (!older.length) this.cursor = page.next_cursor;
       this.runs = [...page.items, ...older];
       this.show();
     } catch (error) {
-      if (this.stop?.signal.aborted || asked !== this.asked) return;
+      if (this.stop?.signal.aborted || asked < this.answered) return;
       if (!this.runs.length) put(/** @type {HTMLElement} */ (this.body), failed(error, { retry: () => this.load() }));
     }
   }
