@@ -28,6 +28,8 @@ STEP_TIMEOUT_MS = 45_000
 # Playwright keeps a limit of its own for expectations, 5 s, whatever that of the context is.
 expect.set_options(timeout=STEP_TIMEOUT_MS)
 TOKEN = "browser-test-token"
+# For axe: what a chart draws is an image to a screen reader.
+WITHOUT_PLOTS = {"include": [["html"]], "exclude": [[".plot > *"]]}
 FLAGS = (
     "--no-sandbox",
     "--disable-gpu",

@@ -8,14 +8,13 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
 from tests.browser.charts import drawn
-from tests.browser.conftest import Server, Visit, free_port
+from tests.browser.conftest import WITHOUT_PLOTS, Server, Visit, free_port
 from tests.browser.keyboard import tab_to
 
 pytestmark = pytest.mark.browser
@@ -105,9 +104,11 @@ def test_the_address_holds_the_state_of_the_page(visit: Callable[..., Visit]) ->
     expect(page.get_by_text("names no page")).to_be_visible()
 
 
-@pytest.mark.parametrize("width", [360, *(pytest.param(width, marks=pytest.mark.slow) for width in (390, 2560))])
-def test_nothing_is_cut_off(visit: Callable[..., Visit], width: int) -> None:
-    visited = visit(viewport={"width": width, "height": 844})
+# Every page, tab, width and theme is looked at in test_every_page.py; here, quickly, what is used most.
+
+
+def test_nothing_is_cut_off(visit: Callable[..., Visit]) -> None:
+    visited = visit(viewport={"width": 360, "height": 844})
     page = visited.open("#/runs")
     run = sample_run(page)
     for route in (run, "#/new", "#/recordings", "#/algorithms", "#/algorithms/rdfv", "#/about"):
@@ -130,33 +131,14 @@ def test_a_run_fits_the_first_screen(visit: Callable[..., Visit]) -> None:
     assert max(bottoms) <= 768
 
 
-# The two themes differ only in their colours; what a chart draws is an image to a screen reader.
-_WITHOUT_PLOTS = {"include": [["html"]], "exclude": [[".plot > *"]]}
-_RULES: dict[str, dict[str, Any]] = {"light": {}, "dark": {"runOnly": ["color-contrast"]}}
-
-
-@pytest.mark.parametrize("scheme", ["light", pytest.param("dark", marks=pytest.mark.slow)])
-def test_axe_finds_nothing(visit: Callable[..., Visit], scheme: str) -> None:
-    visited = visit(color_scheme=scheme)
+def test_axe_finds_nothing(visit: Callable[..., Visit]) -> None:
+    visited = visit()
     page = visited.open("#/runs")
-    run = sample_run(page)
-    recording = visited.page.evaluate("fetch('api/v1/recordings').then((r) => r.json()).then((r) => r.items.at(-1).id)")
-    routes = (
-        "#/algorithms",
-        "#/runs",
-        f"{run}?tab=decisions",
-        f'#/new?recording={recording}&a={{"name":"rdfv"}}',
-        "#/new?source=upload",
-        "#/recordings",
-        f"#/recordings/{recording}",
-        "#/algorithms/rdfv",
-        "#/about",
-        "#/runs/nothing",
-    )
+    routes = ("#/runs", sample_run(page), "#/new?source=upload")
     found = []
     for route in routes:
         visited.follow(route)
-        results = Axe().run(page, context=_WITHOUT_PLOTS, options=_RULES[scheme])
+        results = Axe().run(page, context=WITHOUT_PLOTS)
         found += [f"{route}: {v['id']} {[n['target'] for n in v['nodes']][:3]}" for v in results.response["violations"]]
     assert not found, "\n".join(found)
 
@@ -256,6 +238,6 @@ def test_a_lost_server_is_said_and_found_again(visit: Callable[..., Visit], serv
     expect(page.locator(".lost")).to_be_visible()
     expect(page.locator(".failure")).to_contain_text("does not answer")
     with forwarded(server.port, port):
-        expect(page.locator(".lost")).to_be_hidden(timeout=15_000)
+        expect(page.locator(".lost")).to_be_hidden()
         expect(page.get_by_role("link", name="sample_marks.csv")).to_be_visible()
         page.context.close()
