@@ -66,7 +66,7 @@ class StudyPage extends HTMLElement {
       message,
       h("p", null, said(study.summary)),
       h("p", { class: "muted" }, said(study.paper.text ?? study.paper.key), ", ", said(study.item)),
-      h("section", { class: "card", "aria-label": t("tab.claims") }, h("div", { class: "card-head" }, h("h2", { class: "grow" }, t("tab.claims")),
+      h("div", { class: "card" }, h("div", { class: "card-head" }, h("h2", { class: "grow" }, t("tab.claims")),
         done ? h("a", { href: routeTo(["runs", done.id]) }, t("studies.from_run", { time: formatInstant(done.finished_at), n: formatCount(done.trials) })) : null),
       done ? claimsTab(done) : dataTable({
         caption: t("tab.claims"), rows: study.claims, columns: [

@@ -99,6 +99,8 @@ def routes(server: Server) -> Iterator[dict[str, list[str]]]:
 def views(visited: Visit, routes: list[str]) -> Iterator[str]:
     """Open each route, then each of its tabs."""
     for route in routes:
+        # A page that is open already would only be told its new query, and `follow` has emptied it.
+        visited.follow("#/nowhere/else")
         page = visited.follow(route)
         yield route
         for name in page.get_by_role("tab", selected=False).all_inner_texts():
