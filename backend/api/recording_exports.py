@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 
@@ -12,9 +12,10 @@ from backend.api import uploads
 from backend.api.exports import BYTES, MATLAB, PARQUET, NoQuery, sent
 from backend.api.responses import content, problems
 from backend.api.services import Services, ServicesDep
+from backend.files.recording_writer import RecordingForm
 from backend.version import program_version
 
-Form = Literal["parquet", "mat", "npz"]
+CSV = "text/csv"
 
 router = APIRouter(prefix="/recordings/{recording_id}", tags=["recordings"])
 
@@ -63,15 +64,66 @@ def get_recording_numpy(
     return _written(services, request, recording_id, "npz", "application/octet-stream")
 
 
-def _written(services: Services, request: Request, recording_id: str, form: Form, media_type: str) -> Response:
+TRUTH = "The true paths, whole; given as `truth` they are read as the same paths"
+
+
+@router.get(
+    "/truth.csv",
+    name="get_truth_csv",
+    response_class=Response,
+    responses=content(CSV, TRUTH) | problems(404, 409),
+)
+def get_truth_csv(
+    recording_id: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+) -> Response:
+    """Give the true paths of a recording as CSV."""
+    return _written(services, request, recording_id, "csv", f"{CSV}; charset=utf-8", truth=True)
+
+
+@router.get(
+    "/truth.parquet",
+    name="get_truth_parquet",
+    response_class=Response,
+    responses=content(PARQUET, TRUTH, BYTES) | problems(404, 409),
+)
+def get_truth_parquet(
+    recording_id: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+) -> Response:
+    """Give the true paths of a recording as Parquet, with the start in the metadata."""
+    return _written(services, request, recording_id, "parquet", PARQUET, truth=True)
+
+
+@router.get(
+    "/truth.mat",
+    name="get_truth_matlab",
+    response_class=Response,
+    responses=content(MATLAB, TRUTH, BYTES) | problems(404, 409, 413),
+)
+def get_truth_matlab(
+    recording_id: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+) -> Response:
+    """Give the true paths of a recording as a MATLAB file, with the start beside them."""
+    return _written(services, request, recording_id, "mat", MATLAB, truth=True)
+
+
+def _written(
+    services: Services,
+    request: Request,
+    recording_id: str,
+    form: RecordingForm,
+    media_type: str,
+    *,
+    truth: bool = False,
+) -> Response:
     recording = uploads.ready(services, recording_id)
 
     def write(path: Path) -> None:
-        from backend.files.recording_writer import write_recording
+        from backend.files.recording_writer import write_recording, write_truth
 
         assert recording.data_sha256 is not None
         data = recording_from_arrays(services.store.get_arrays(recording.data_sha256))
-        write_recording(data, path, form)
+        (write_truth if truth else write_recording)(data, path, form)
 
-    version = (program_version(), recording.data_sha256 or "")
-    return sent(services, request, write, media_type, f"recording-{recording_id}.{form}", version)
+    what = "truth" if truth else "recording"
+    version = (program_version(), what, recording.data_sha256 or "")
+    return sent(services, request, write, media_type, f"{what}-{recording_id}.{form}", version)

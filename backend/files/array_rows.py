@@ -55,6 +55,11 @@ class ArrayRows:
         """Names of the columns."""
         return tuple(self.columns)
 
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What of the file is no column of this table."""
+        return (*self.elsewhere, *self.others)
+
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
 
@@ -62,12 +67,11 @@ class ArrayRows:
         """Yield the rows in chunks; raises InputError past `max_rows`."""
         if len(self) > max_rows:
             raise too_many_rows(self.name, max_rows)
-        left_out = (*self.elsewhere, *self.others)
-        if left_out:
+        if self.left_out:
             findings.warn(
                 "variables_left_out",
-                f"Variables of {self.name} that are no part of the table which was read: {some(left_out)}.",
-                len(left_out),
+                f"Variables of {self.name} that are no part of the table which was read: {some(self.left_out)}.",
+                len(self.left_out),
             )
         for start in range(0, len(self), ROWS_AT_ONCE):
             stop = min(len(self), start + ROWS_AT_ONCE)
@@ -136,7 +140,17 @@ def _walk(variables: Mapping[str, Any], path: _Path, found: _Found) -> None:
         elif (texts := _codes(value, fields.get(f"{name}{NAMES_SUFFIX}"))) is not None:
             found.add(here, texts)
         elif not _add_rows(value, here, found):
-            found.others.append(_joined(here))
+            found.others.append(f"{_joined(here)} ({_form(value)})")
+
+
+def _form(value: Any) -> str:
+    """What a value is that has no form of rows, in a few words."""
+    if isinstance(value, np.ndarray):
+        return f"{' x '.join(map(str, value.shape)) or 'single'} {value.dtype.name}"
+    if isinstance(value, list):
+        shapes = {" x ".join(map(str, m.shape)) if (m := _matrix(v)) is not None else "other" for v in value}
+        return f"{len(value)} cells: {some(sorted(shapes))}"
+    return "object"
 
 
 def _renamed(variables: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -40,6 +40,13 @@ def open_matlab5(content: Content, limits: ReadLimits, pointer: str, wanted: fro
                 read = scipy.io.loadmat(stream, chars_as_strings=True, mat_dtype=True)
         except MemoryError:
             raise
+        except np.exceptions.ComplexWarning as e:
+            raise InputError(
+                f"{content.name} holds complex numbers, and no column of a recording does.",
+                pointer=pointer,
+                remedy="Save what was measured as real variables of their own, and the complex ones elsewhere.",
+                code="complex_numbers",
+            ) from e
         except Exception as e:  # what a damaged file makes SciPy raise is not told anywhere
             raise damaged(content.name, str(e), pointer) from e
     variables = {name: _plain(value) for name, value in read.items() if not name.startswith("__")}

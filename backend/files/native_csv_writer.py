@@ -7,14 +7,14 @@ decimal in the file's unit (123456.7 ns) is written as that decimal again.
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TextIO
 
 import numpy as np
 
 from algorithms.recording import Floats, Ints, Recording
 from backend.files.formula_guard import guarded
-from backend.files.native_table import in_unit, native_columns_of
+from backend.files.native_table import NativeColumn, in_unit, native_columns_of
 
 _ROWS_AT_ONCE = 20_000
 
@@ -25,10 +25,16 @@ def write_native_csv(recording: Recording, stream: TextIO, *, trial: int = 0) ->
     `row` and `start_utc` are not part of the format: rows are numbered by their place, and times count from
     the start.
     """
-    columns = list(native_columns_of(recording, trial))
+    write_native_columns(native_columns_of(recording, trial), stream)
+
+
+def write_native_columns(native: Iterable[NativeColumn], stream: TextIO) -> None:
+    """Write columns of one length as CSV."""
+    columns = list(native)
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow([name for name, _, _ in columns])
-    for start in range(0, len(recording), _ROWS_AT_ONCE):
+    rows = len(columns[0][1])
+    for start in range(0, rows, _ROWS_AT_ONCE):
         cut = slice(start, start + _ROWS_AT_ONCE)
         texts = [_texts(name, values[cut], names) for name, values, names in columns]
         writer.writerows(zip(*texts, strict=True))

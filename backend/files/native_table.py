@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from algorithms.recording import AntennaPlots, DopplerPairs, Floats, Ints, PolarPlots, Recording, ToaMarks
+from algorithms.recording import (
+    AntennaPlots,
+    DopplerPairs,
+    Floats,
+    Ints,
+    PolarPlots,
+    Recording,
+    ToaMarks,
+    TruthTracks,
+)
 from algorithms.result import Column, Table
 from backend.files.units import UNITS, native_unit
 
@@ -23,8 +32,17 @@ def native_table(recording: Recording, *, trial: int = 0) -> Table:
     Values are in the units of the columns' names; NaN and None stand for nothing. `row` is no column: rows are
     numbered by their place.
     """
+    return _table(native_columns_of(recording, trial))
+
+
+def truth_table(tracks: TruthTracks) -> Table:
+    """Return true paths as a table that is read as the truth of a recording."""
+    return _table(truth_columns_of(tracks))
+
+
+def _table(native: Iterable[NativeColumn]) -> Table:
     columns: dict[str, Column] = {}
-    for name, values, names in native_columns_of(recording, trial):
+    for name, values, names in native:
         if names is not None:
             book = [*(n or None for n in names), None]
             columns[name] = [book[c] for c in values.tolist()]
@@ -62,6 +80,16 @@ def native_columns_of(recording: Recording, trial: int) -> Iterator[NativeColumn
             yield f"true_{axis}_m", recording.truth_m[:, i], None
         for i, axis in enumerate(("east", "north", "up")):
             yield from _present(f"true_velocity_{axis}_mps", recording.truth_velocity_mps[:, i])
+
+
+def truth_columns_of(tracks: TruthTracks) -> Iterator[NativeColumn]:
+    """Yield the columns of true paths, target by target in order of time."""
+    yield "time_s", tracks.time_s, None
+    yield from _names("target", tracks.target, tracks.targets)
+    for i, axis in enumerate(("east", "north", "up")):
+        yield f"true_{axis}_m", tracks.position_m[:, i], None
+    for i, axis in enumerate(("east", "north", "up")):
+        yield from _present(f"true_velocity_{axis}_mps", tracks.velocity_mps[:, i])
 
 
 def _polar(plots: PolarPlots, trial: int) -> Iterator[NativeColumn]:

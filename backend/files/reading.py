@@ -30,6 +30,7 @@ from backend.files.packing import with_members
 from backend.files.plausibility import check_time_differences, look_at_altitudes, look_at_times
 from backend.files.reader import Part, Reader, Source, readers_by_name
 from backend.files.report import Findings, ReadReport, ReadWarning, Rejection, some
+from backend.files.rows import without_place
 from backend.files.site_source import read_site
 from backend.files.stations import fit_site
 from backend.files.times import utc_seconds, utc_text
@@ -134,7 +135,7 @@ def _reader_for(source: Source) -> Reader:
     # A text without columns says so itself.
     names = source.rows.names
     raise UnsupportedFormatError(
-        f"{source.content.name} has the columns {some(names)}, which no reader knows.",
+        f"{source.content.name} has the columns {some(names)}, which no reader knows.{without_place(source.rows)}",
         pointer="/options/mapping",
         remedy="Give the kind and map its columns to these (docs/formats.md lists them).",
     )

@@ -44,6 +44,12 @@ class Chunk:
         return [number_text(v) for v in cells.tolist()] if isinstance(cells, np.ndarray) else cells
 
 
+def without_place(rows: Rows) -> str:
+    """Say, for the end of a message about columns, what of the file is in none of them; empty where nothing is."""
+    left_out: Sequence[str] = getattr(rows, "left_out", ())
+    return f" These variables are no columns of that table: {some(left_out)}." if left_out else ""
+
+
 class Rows(Protocol):
     """The table in a file."""
 
@@ -63,7 +69,7 @@ def require_column(rows: Rows, name: str, pointer: str) -> None:
     """Raise InputError where a column is absent."""
     if name not in rows.names:
         raise InputError(
-            f"There is no column {name!r}; the columns are {some(rows.names)}.",
+            f"There is no column {name!r}; the columns are {some(rows.names)}.{without_place(rows)}",
             pointer=pointer,
             remedy="Name a column as the file spells it.",
             code="missing_column",

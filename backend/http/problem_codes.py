@@ -106,6 +106,10 @@ PROBLEMS: dict[str, Kind] = {
     "study_not_found": Kind("No such study", "GET /api/v1/studies lists them."),
     "study_is_whole": Kind("A study brings everything but trials and seed", "Leave the other fields out."),
     "study_mismatch": Kind("The study cannot judge this run", "Its judge did not find a number that it needs."),
+    "complex_numbers": Kind("The file holds complex numbers", "Columns of a recording are real: save those alone."),
+    "no_true_paths": Kind(
+        "The recording has no true paths", "They come with a truth file; rows may have truth all the same."
+    ),
     "no_tracks": Kind("No track can be a target", "Reports must be two or more, and what they say must be flown."),
     "track_unknown": Kind("The file has no such track", "Leave the names out to see those that it has."),
     "no_free_targets": Kind("The preset has no targets that follow points", "The detail lists those that have."),

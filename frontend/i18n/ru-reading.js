@@ -105,6 +105,9 @@ export default {
   "The file could not be read.": "Файл прочитать не удалось.",
   // what the columns mean
   "{1} has the columns {2}, which no reader knows.": "В {1} столбцы {2}; таких никто не читает.",
+  "These variables are no columns of that table: {1}.": "Эти переменные — не столбцы этой таблицы: {1}.",
+  "{1} holds complex numbers, and no column of a recording does.": "В {1} комплексные числа, а в столбцах записи их не бывает.",
+  "Save what was measured as real variables of their own, and the complex ones elsewhere.": "Сохраните измеренное отдельными вещественными переменными, а комплексные — в другом месте.",
   "Give the kind and map its columns to these (docs/formats.md lists them).": "Укажите вид измерений и назначьте столбцы (они перечислены в docs/formats.md).",
   "The option edition was not used: it belongs to binary formats.": "Настройка edition не понадобилась: она для двоичных форматов.",
   "The format {1} holds {2}, not {3}.": "В формате {1} бывает {2}, а не {3}.",

@@ -173,6 +173,8 @@ export const codes = {
   "problem.sweep_unknown": "Перебор называет параметр, которого в расчёте нет",
   "problem.sweep_repeated": "Значение указано в переборе дважды",
   "problem.sweep_not_comparable": "Расчёт с перебором рассматривается сам по себе",
+  "problem.complex_numbers": "В файле комплексные числа",
+  "problem.no_true_paths": "У записи нет истинных траекторий",
   "problem.no_tracks": "Ни одна трасса не может стать целью",
   "problem.track_unknown": "В файле нет такой трассы",
   "problem.no_free_targets": "В заготовке нет целей, идущих по точкам",

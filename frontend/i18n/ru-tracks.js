@@ -14,4 +14,6 @@ export default {
   "No track of the file has two reports or more in that time.": "Ни у одной трассы файла нет за это время двух сообщений или больше.",
   "Widen the time, or the longest pause `gap_s`.": "Расширьте время или наибольшую паузу `gap_s`.",
   "last_s must be later than first_s": "last_s должно быть позже first_s",
+  "The recording has no true paths of its own.": "У записи нет собственных истинных траекторий.",
+  "What truth its rows have stands beside them, in data.csv.": "Истинные положения её строк стоят рядом с ними, в data.csv.",
 };

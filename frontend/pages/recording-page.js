@@ -101,6 +101,8 @@ class RecordingPage extends HTMLElement {
         h("div", { class: "actions" },
           ready ? h("a", { class: "button primary", href: routeTo(["new"], { recording: recording.id }) }, t("recordings.new_run")) : null,
           ...(ready ? FORMS.map((form) => h("a", { class: "button", href: apiUrl(`recordings/${recording.id}/data.${form}`), download: "" }, `data.${form}`)) : []),
+          // Paths of a truth file are not in the rows; whoever uploads the data elsewhere needs them too.
+          ready && recording.files?.some((file) => file.role === "truth") ? h("a", { class: "button", href: apiUrl(`recordings/${recording.id}/truth.csv`), download: "" }, "truth.csv") : null,
           h("button", { type: "button", class: "danger", onclick: () => this.delete(recording) }, t("action.delete")))),
       h("div", { class: "stack" },
         recording.state === "failed" ? failed(recording.error ?? { code: "unreadable" }) : null,

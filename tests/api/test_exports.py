@@ -205,3 +205,24 @@ def test_a_recording_comes_back(
     assert back["warnings"] == recording["warnings"]
     one, other = (api.get(f"/api/v1/recordings/{r['id']}/data.csv").text for r in (recording, back))
     assert one == other
+
+
+def test_true_paths_of_a_recording_are_read_as_its_truth(api: httpx2.Client, recording: dict[str, Any]) -> None:
+    problem(api.get(f"/api/v1/recordings/{recording['id']}/truth.csv"), 404, "no_true_paths")
+    plots = "time_s,range_m,azimuth_deg,target\n1.5,1000,45,A\n4.5,1100,46,A\n"
+    paths = "".join(f"{t},A,{700 + 10 * t},{710 - t},100\n" for t in range(7))
+    head = "time_s,target,true_east_m,true_north_m,true_up_m\n"
+    files = [("file", ("plots.csv", plots)), ("truth", ("paths.csv", head + paths))]
+    one = api.post("/api/v1/recordings", files=files, data={"options": json.dumps({"name": "with paths"})}).json()
+    at = f"/api/v1/recordings/{one['id']}"
+    assert api.get(f"{at}/truth.csv").text.splitlines()[1] == "0.0,A,700.0,710.0,100.0"
+    assert pq.read_table(io.BytesIO(api.get(f"{at}/truth.parquet").content)).num_rows == 7
+    struct = scipy.io.loadmat(io.BytesIO(api.get(f"{at}/truth.mat").content), simplify_cells=True)["recording"]
+    assert struct["true_east_m"].tolist() == [700 + 10 * t for t in range(7)]
+    for form in ("csv", "parquet", "mat"):
+        back = [("file", (f"d.{form}", api.get(f"{at}/data.{form}").content))]
+        back += [("truth", (f"t.{form}", api.get(f"{at}/truth.{form}").content))]
+        again = api.post("/api/v1/recordings", files=back, data={"options": json.dumps({"name": form})}).json()
+        # The same paths give the same truth at the times of the plots.
+        assert api.get(f"/api/v1/recordings/{again['id']}/data.csv").text == api.get(f"{at}/data.csv").text
+        assert api.get(f"/api/v1/recordings/{again['id']}/truth.csv").text == api.get(f"{at}/truth.csv").text

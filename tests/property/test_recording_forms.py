@@ -13,10 +13,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from algorithms.recording import AntennaPlots, DopplerPairs, PolarPlots, Recording, ToaMarks
+from algorithms.recording import AntennaPlots, DopplerPairs, PolarPlots, Recording, ToaMarks, TruthTracks
+from algorithms.site import Site
 from backend.files.native_csv_writer import write_native_csv
 from backend.files.reading import NamedFile, read_recording
-from backend.files.recording_writer import RecordingForm, write_recording
+from backend.files.recording_writer import RecordingForm, write_recording, write_truth
 
 # Names as users write them: separators, quotes and line ends included. White space around a name means nothing.
 NAME = st.text(string.ascii_letters + "0123456789 ,;\"'|\n.-_=Яж中", min_size=1, max_size=12).filter(
@@ -179,6 +180,83 @@ def test_round_trip(recording):
 def test_round_trip_of_binary_forms(form, recording, start):
     recording = replace(recording, start_utc="2026-03-01T12:00:00Z" if start else None)
     assert_same(written_and_read(recording, form), recording)
+
+
+@st.composite
+def true_paths(draw: st.DrawFn) -> TruthTracks:
+    targets = tuple(draw(st.lists(NAME, min_size=1, max_size=3, unique=True)))
+    m = draw(st.integers(len(targets), 8))
+    times = np.array(draw(st.lists(st.floats(-1e5, 1e8, allow_subnormal=False), min_size=m, max_size=m, unique=True)))
+    # Every target has a point: one without any is not in a file.
+    target = np.arange(m) % len(targets)
+    found = TruthTracks.of(
+        time_s=times,
+        target=target,
+        position_m=np.stack([draw(column(m, numbers(-1e8, 1e8, empty=False))) for _ in range(3)], axis=1),
+        velocity_mps=np.stack([draw(column(m, numbers(-1e4, 1e4))) for _ in range(3)], axis=1),
+        targets=targets,
+    )
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet", "mat", "npz"])
+@settings(deadline=None, derandomize=True, max_examples=20)
+@given(paths=true_paths(), dated=st.booleans())
+def test_round_trip_of_true_paths(form, paths, dated):
+    """Rows and paths written apart and read together: the paths are whole, wherever the rows lie."""
+    time = np.array([0.25])
+    recording = AntennaPlots(
+        time_s=time,
+        row=np.array([1]),
+        target=np.zeros(1, np.int64),
+        range_m=np.ones((1, 1)),
+        bicone_elevation_rad=np.zeros((1, 1)),
+        bicone_azimuth_rad=np.zeros((1, 1)),
+        truth_tracks=paths,
+        start_utc="2026-03-01T12:00:00Z" if dated and form != "csv" else None,
+    )
+    with TemporaryDirectory() as folder:
+        data, truth = Path(folder) / "data", Path(folder) / "truth"
+        write_recording(recording, data, form)
+        write_truth(recording, truth, form)
+        back, _ = read_recording([NamedFile("data", data)], truth=NamedFile("truth", truth))
+    assert back.start_utc == recording.start_utc
+    found = back.truth_tracks
+    assert found is not None
+    names = [paths.targets[k] for k in paths.target]
+    order = {name: k for k, name in enumerate(found.targets)}
+    assert sorted(order) == sorted(paths.targets)
+    for name in paths.targets:
+        mine, theirs = np.array([n == name for n in names]), found.target == order[name]
+        np.testing.assert_array_equal(found.time_s[theirs], paths.time_s[mine])
+        np.testing.assert_array_equal(found.position_m[theirs], paths.position_m[mine])
+        np.testing.assert_array_equal(found.velocity_mps[theirs], paths.velocity_mps[mine])
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet", "mat"])
+def test_data_site_and_truth_give_the_same_recording_again(form, tmp_path):
+    """A moving radar, truth at other times than the plots: interpolated once, the same is interpolated again."""
+    (tmp_path / "plots.csv").write_text(
+        "time_s,range_m,azimuth_deg,target,radar_east_m,radar_north_m\n1.5,1000,45,A,0,0\n4.5,1100,46,A,10,5\n"
+    )
+    truth = "".join(f"{t},A,{700 + 10.1 * t * t},{710 - t},{100 + t / 3}\n" for t in range(7))
+    (tmp_path / "truth.csv").write_text(f"time_s,target,true_east_m,true_north_m,true_up_m\n{truth}")
+    site = Site.model_validate({"radars": [{"name": "ship", "east_m": 0, "north_m": 0, "sigma_range_m": 5}]})
+    site_json = site.model_dump_json(exclude_none=True).encode()
+
+    def read(data, paths):
+        return read_recording([NamedFile("data", data)], site=site_json, truth=NamedFile("truth", paths))[0]
+
+    first = read(tmp_path / "plots.csv", tmp_path / "truth.csv")
+    assert np.isfinite(first.truth_m).all()
+    write_recording(first, tmp_path / "data", form)
+    write_truth(first, tmp_path / "paths", form)
+    again = read(tmp_path / "data", tmp_path / "paths")
+    assert_same(replace(again, truth_tracks=None), replace(first, truth_tracks=None))
+    assert again.truth_tracks is not None
+    assert first.truth_tracks is not None
+    np.testing.assert_array_equal(again.truth_tracks.position_m, first.truth_tracks.position_m)
 
 
 @settings(deadline=None, derandomize=True, max_examples=200)
