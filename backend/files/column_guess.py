@@ -25,6 +25,8 @@ _WORDS: dict[str, tuple[str, ...]] = {
     "altitude_m": ("altitude", "alt", "fl", "flightlevel", "modec", "baroaltitude", "height", "h"),
     "east_m": ("east", "x", "e", "easting"),
     "north_m": ("north", "y", "n", "northing"),
+    "latitude_deg": ("plotlatitude", "plotlat"),
+    "longitude_deg": ("plotlongitude", "plotlon"),
     "radar_east_m": ("radareast", "owneast", "ownx", "radarx"),
     "radar_north_m": ("radarnorth", "ownnorth", "owny", "radary"),
     "bicone_elevation_deg": ("biconeelevation", "biconeel"),
@@ -119,6 +121,11 @@ def _mapping(names: Sequence[str], rows: Sequence[Sequence[str]], kind: Kind) ->
                 out[native] = ColumnSource(column=found, unit=_unit(native, found, words[found][1], values))
                 taken.add(found)
                 break
+    if kind == "polar_plots" and not set(kinds_of((*out, *taken))):
+        # Where nothing else was measured, places are what was.
+        for native in ("latitude_deg", "longitude_deg"):
+            if f"true_{native}" in out:
+                out[native] = out.pop(f"true_{native}")
     if kind == "toa_marks":
         for name, (plain, unit) in words.items():
             station = _station(plain)

@@ -93,7 +93,8 @@ def merge_parts(files: Sequence[FilePart], findings: Findings) -> Part:
         epoch_s,
         offset,
         sum(p.rows_read for p in numbered),
-        truth_geodetic=_join_geodetic(numbered),
+        truth_geodetic=_join_geodetic([(p.recording, p.truth_geodetic) for p in numbered], 3),
+        plots_geodetic=_join_geodetic([(p.recording, p.plots_geodetic) for p in numbered], 2),
         station_columns={k: v for p in numbered for k, v in p.station_columns.items()},
         site_defaults={k: v for p in numbered for k, v in p.site_defaults.items()},
         site=joined_sites([p.site for p in numbered]),
@@ -150,12 +151,10 @@ def spread_stations(recording: ToaMarks, stations: Sequence[str]) -> Floats:
     return out
 
 
-def _join_geodetic(parts: Sequence[Part]) -> Floats | None:
-    if all(p.truth_geodetic is None for p in parts):
+def _join_geodetic(parts: Sequence[tuple[Recording, Floats | None]], width: int) -> Floats | None:
+    if all(places is None for _, places in parts):
         return None
-    return np.concatenate(
-        [p.truth_geodetic if p.truth_geodetic is not None else np.full((len(p.recording), 3), np.nan) for p in parts]
-    )
+    return np.concatenate([np.full((len(r), width), np.nan) if places is None else places for r, places in parts])
 
 
 def put_in_order(file: FilePart, order: Literal["sort", "reject"]) -> FilePart:
@@ -183,15 +182,17 @@ def put_in_order(file: FilePart, order: Literal["sort", "reject"]) -> FilePart:
 
 def sort_by_time(part: Part) -> Part:
     """Put the rows in order of time; rows of equal time keep their order."""
-    order = np.argsort(part.recording.time_s, kind="stable")
-    geodetic = None if part.truth_geodetic is None else part.truth_geodetic[order]
-    return replace(part, recording=part.recording.take(order), truth_geodetic=geodetic)
+    return _taken(part, np.argsort(part.recording.time_s, kind="stable"))
 
 
 def kept_rows(part: Part, keep: NDArray[np.bool_]) -> Part:
     """Return only these rows."""
-    geodetic = None if part.truth_geodetic is None else part.truth_geodetic[keep]
-    return replace(part, recording=part.recording.take(np.flatnonzero(keep)), truth_geodetic=geodetic)
+    return _taken(part, np.flatnonzero(keep))
+
+
+def _taken(part: Part, positions: NDArray[np.int64]) -> Part:
+    truth, plots = (None if v is None else v[positions] for v in (part.truth_geodetic, part.plots_geodetic))
+    return replace(part, recording=part.recording.take(positions), truth_geodetic=truth, plots_geodetic=plots)
 
 
 def without_empty_marks(part: Part, files: RowFiles, findings: Findings) -> Part:
@@ -214,8 +215,7 @@ def without_duplicates(part: Part, files: RowFiles, findings: Findings) -> Part:
         return part
     columns = [getattr(recording, f.name) for f in fields(recording) if f.name != "row"]
     columns = [c for c in columns if isinstance(c, np.ndarray)]
-    if part.truth_geodetic is not None:
-        columns.append(part.truth_geodetic)
+    columns += [places for places in (part.truth_geodetic, part.plots_geodetic) if places is not None]
     # Adding zero makes -0.0 and 0.0 the same bytes.
     table = np.concatenate([c[positions].reshape(len(positions), -1) + 0.0 for c in columns], axis=1)
     seen: dict[bytes, int] = {}

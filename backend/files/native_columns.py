@@ -26,6 +26,8 @@ QUANTITIES: dict[Kind, tuple[Quantity, ...]] = {
         Quantity("elevation_deg", -90, 90),
         Quantity("east_m"),
         Quantity("north_m"),
+        Quantity("latitude_deg", -90, 90),
+        Quantity("longitude_deg", -180, 360),
         _ALTITUDE,
         Quantity("radar_east_m"),
         Quantity("radar_north_m"),
@@ -44,6 +46,8 @@ QUANTITIES: dict[Kind, tuple[Quantity, ...]] = {
         Quantity("doppler_rate_2_hz_s", -1e12, 1e12),
     ),
 }
+# What tells where a plot is.
+PLACES = (("range_m", "azimuth_deg"), ("east_m", "north_m"), ("latitude_deg", "longitude_deg"))
 NAMES: dict[Kind, tuple[NameColumn, ...]] = {
     "toa_marks": (NameColumn("target", unnamed=True), NameColumn("emitter_type")),
     "polar_plots": (
@@ -65,7 +69,7 @@ def kinds_of(names: Sequence[str]) -> list[Kind]:
         found.append("toa_marks")
     if "bicone_elevation_deg" in names or "bicone_azimuth_deg" in names:
         found.append("antenna_plots")
-    elif {"range_m", "azimuth_deg"} <= set(names) or {"east_m", "north_m"} <= set(names):
+    elif any(set(pair) <= set(names) for pair in PLACES):
         found.append("polar_plots")
     if any(n in names for n in ("doppler_1_hz", "doppler_11_hz")):
         found.append("doppler_pairs")
@@ -78,7 +82,7 @@ def check_columns(kind: Kind, names: Sequence[str], known: Sequence[str]) -> Non
     lacking: list[str] = [] if "time_s" in offered else ["time_s"]
     if kind == "toa_marks" and not any(TOA_COLUMN.fullmatch(n) for n in names):
         lacking.append("toa_<station>_ns")
-    if kind == "polar_plots" and not {"east_m", "north_m"} <= offered:
+    if kind == "polar_plots" and not any(set(pair) <= offered for pair in PLACES[1:]):
         lacking += [n for n in ("range_m", "azimuth_deg") if n not in offered]
     if kind == "antenna_plots":
         lacking += [q.name for q in QUANTITIES[kind] if q.required and q.name not in offered]

@@ -17,6 +17,7 @@ from backend.files.native_columns import (
     CHANNEL_SETS,
     LARGEST_OFFSET_NS,
     NAMES,
+    PLACES,
     QUANTITIES,
     TOA_COLUMN,
     check_columns,
@@ -118,7 +119,9 @@ class _Builder:
         columns = columns.reject(
             empty,
             "missing_value" if incomplete else "empty_row",
-            "neither range and azimuth nor east and north are there" if incomplete else "nothing was measured",
+            "neither range and azimuth nor east and north nor latitude and longitude are there"
+            if incomplete
+            else "nothing was measured",
             self.findings,
         )
         enu, velocity, geodetic = self.truth.read(columns, self.findings)
@@ -143,6 +146,7 @@ class _Builder:
             columns.rows_in_file,
             columns.rows_read,
             truth_geodetic=geodetic,
+            plots_geodetic=_places(columns) if self.kind == "polar_plots" else None,
             station_columns=station_columns,
         )
 
@@ -202,6 +206,12 @@ class _Builder:
         )
 
 
+def _places(columns: Columns) -> Floats | None:
+    """Latitude and longitude of each plot, rad, (M, 2); None where no plot has both."""
+    places = np.stack([columns.number("latitude_deg"), columns.number("longitude_deg")], axis=1)
+    return places if np.isfinite(places).all(axis=1).any() else None
+
+
 def _trial(columns: Columns, name: str) -> Floats:
     """A column as a block of one trial, (M, 1)."""
     return columns.number(name)[:, None]
@@ -217,7 +227,7 @@ def _has_measurement(kind: Kind, columns: Columns, stations: tuple[str, ...]) ->
         for station in stations:
             has |= there(f"toa_{station}_ns")
     elif kind == "polar_plots":
-        has = (there("range_m") & there("azimuth_deg")) | (there("east_m") & there("north_m"))
+        has = np.any([there(a) & there(b) for a, b in PLACES], axis=0)
     elif kind == "doppler_pairs":
         has = np.zeros(len(columns), bool)
         for name in columns.numbers:

@@ -66,6 +66,7 @@ class Part:
     rows_in_file : all rows, those that the user's filter leaves out too
     rows_read : accepted and rejected rows
     truth_geodetic : (M, 3) float, latitude and longitude in rad, height in m: truth that still needs an origin
+    plots_geodetic : (M, 2) float, latitude and longitude in rad: plots that still need an origin, NaN for the others
     station_columns : station -> column that names it in the file's header; empty where stations occur in the data
     site_defaults : accuracies that the format is known for, used where the site gives none
     site : the site that the file itself tells, used where the user gives none
@@ -78,6 +79,7 @@ class Part:
     rows_in_file: int
     rows_read: int
     truth_geodetic: Floats | None = None
+    plots_geodetic: Floats | None = None
     station_columns: Mapping[str, str] = field(default_factory=dict)
     site_defaults: Mapping[str, float] = field(default_factory=dict)
     site: Site | None = None

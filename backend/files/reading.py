@@ -16,6 +16,7 @@ from algorithms.errors import InputError, UnsupportedFormatError
 from algorithms.recording import Kind, PolarPlots, Recording, ToaMarks
 from algorithms.site import Origin, Site
 from backend.files.content import NamedFile, inspect
+from backend.files.geodetic_plots import with_local_plots
 from backend.files.merging import (
     FilePart,
     RowFiles,
@@ -80,6 +81,7 @@ def read_recording(
     part = sort_by_time(merge_parts(parts, findings))
     _refuse_nothing(part, findings, options)
     part = fit_site(part, site_source, options.origin, findings)
+    part = with_local_plots(part, options.origin, findings)
     part = without_empty_marks(part, row_files, findings)
     part = without_duplicates(part, row_files, findings)
     _refuse_nothing(part, findings, options)
@@ -135,7 +137,7 @@ def _reader_for(source: Source) -> Reader:
     # A text without columns says so itself.
     names = source.rows.names
     raise UnsupportedFormatError(
-        f"{source.content.name} has the columns {some(names)}, which no reader knows.{without_place(source.rows)}",
+        f"{source.content.name} has the columns {some(names)}, which no reader knows." + without_place(source.rows),
         pointer="/options/mapping",
         remedy="Give the kind and map its columns to these (docs/formats.md lists them).",
     )

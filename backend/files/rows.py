@@ -69,7 +69,7 @@ def require_column(rows: Rows, name: str, pointer: str) -> None:
     """Raise InputError where a column is absent."""
     if name not in rows.names:
         raise InputError(
-            f"There is no column {name!r}; the columns are {some(rows.names)}.{without_place(rows)}",
+            f"There is no column {name!r}; the columns are {some(rows.names)}." + without_place(rows),
             pointer=pointer,
             remedy="Name a column as the file spells it.",
             code="missing_column",

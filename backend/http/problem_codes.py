@@ -106,6 +106,7 @@ PROBLEMS: dict[str, Kind] = {
     "study_not_found": Kind("No such study", "GET /api/v1/studies lists them."),
     "study_is_whole": Kind("A study brings everything but trials and seed", "Leave the other fields out."),
     "study_mismatch": Kind("The study cannot judge this run", "Its judge did not find a number that it needs."),
+    "plots_without_origin": Kind("The plots need an origin", "Latitude and longitude need that of the local frame."),
     "complex_numbers": Kind("The file holds complex numbers", "Columns of a recording are real: save those alone."),
     "no_true_paths": Kind(
         "The recording has no true paths", "They come with a truth file; rows may have truth all the same."

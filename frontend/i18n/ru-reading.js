@@ -43,7 +43,6 @@ export default {
   "the time is {1} s before that of an earlier row": "время на {1} с раньше, чем у предыдущей строки",
   "no station that received it can be used": "ни один из принявших её пунктов использовать нельзя",
   "repeats row {1}": "повторяет строку {1}",
-  "neither range and azimuth nor east and north are there": "нет ни дальности с азимутом, ни координат на восток и север",
   "nothing was measured": "ничего не измерено",
   "None of {1} rows can be used; the first: row {2}, {3}.": "Ни одна из строк ({1}) не пригодна; первая: строка {2}, {3}.",
   "row {1}, {2}": "строка {1}, {2}",
@@ -105,6 +104,10 @@ export default {
   "The file could not be read.": "Файл прочитать не удалось.",
   // what the columns mean
   "{1} has the columns {2}, which no reader knows.": "В {1} столбцы {2}; таких никто не читает.",
+  "neither range and azimuth nor east and north nor latitude and longitude are there": "нет ни дальности с азимутом, ни восточной и северной координат, ни широты с долготой",
+  "Plots are given as latitude and longitude, and neither the site nor the options give an origin.": "Отметки заданы широтой и долготой, а ни описание системы, ни параметры не дают начала координат.",
+  "Give the `origin` of the local frame, or a site with the radar's place in WGS-84.": "Дайте начало местных координат `origin` или описание системы с местом РЛС в WGS-84.",
+  "Plots in latitude and longitude without an altitude were taken at the height of the zero.": "Отметки с широтой и долготой без высоты взяты на высоте начала координат.",
   "These variables are no columns of that table: {1}.": "Эти переменные — не столбцы этой таблицы: {1}.",
   "{1} holds complex numbers, and no column of a recording does.": "В {1} комплексные числа, а в столбцах записи их не бывает.",
   "Save what was measured as real variables of their own, and the complex ones elsewhere.": "Сохраните измеренное отдельными вещественными переменными, а комплексные — в другом месте.",
