@@ -77,7 +77,7 @@ def _seen_from(plots: PolarPlots, name: str, places: Floats, height: Floats, fra
         # straight from the radar they would move with the height, for the two verticals lean apart.
         change = frame_change(own, frame)
         seen = _enu(places, height, frame) - change.shift_m[:2]
-        beside: Floats = np.linalg.solve(change.rotation[:2, :2], seen.T).T
+        beside: Floats = np.asarray(np.linalg.solve(change.rotation[:2, :2], seen.T).T, np.float64)
         return beside
     found: Floats = _enu(places, height, frame) - site.radar_positions()[at, :2]
     return found
