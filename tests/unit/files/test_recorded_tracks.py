@@ -8,9 +8,11 @@ from typing import Any
 import pytest
 
 from algorithms.errors import InputError
+from backend.errors import NotFoundError
 from backend.files.options import ReadLimits, ReadOptions
-from backend.files.reading import NamedFile
+from backend.files.reading import NamedFile, read_recording
 from backend.files.recorded_tracks import RecordedTracks, TrackChoice, read_tracks
+from backend.files.recording_writer import write_truth
 from backend.files.report import Findings
 
 HEADER = "time_s,target,true_latitude_deg,true_longitude_deg,true_height_m\n"
@@ -89,3 +91,13 @@ def test_what_holds_no_tracks_says_so(
 def test_a_window_goes_forwards() -> None:
     with pytest.raises(ValueError, match="last_s must be later"):
         TrackChoice(first_s=5, last_s=5)
+
+
+def test_a_recording_without_paths_has_none_to_write(tmp_path: Path) -> None:
+    path = tmp_path / "plots.csv"
+    path.write_text("time_s,range_m,azimuth_deg\n0,1000,45\n", encoding="utf-8")
+    recording, _ = read_recording([NamedFile("plots.csv", path)])
+    with pytest.raises(NotFoundError) as e:
+        write_truth(recording, tmp_path / "truth.csv", "csv")
+    assert e.value.code == "no_true_paths"
+    assert not (tmp_path / "truth.csv").exists()
