@@ -49,7 +49,7 @@ class KalmanParameters(ScatterParameters):
     sigma_velocity_along_mps: float | None = parameter(
         150.0, title="Expected velocity along", unit="m/s", symbol="σ_vx", group="start", advanced=True, gt=0, le=1e5
     )
-    """Weak prior of the velocity along the base line, for the start. Empty = none."""
+    """Weak prior of the velocity along the base line, for the start; null in the JSON form = none."""
     acceleration_density_m2ps3: float = parameter(
         0.0, title="Density of the acceleration", unit="m²/s³", symbol="q", group="motion", advanced=True, ge=0, le=1e6
     )

@@ -60,7 +60,7 @@ class LikelihoodParameters(ScatterParameters):
     sigma_velocity_along_mps: float | None = parameter(
         150.0, title="Expected velocity along", unit="m/s", symbol="σ_vx", group="motion", advanced=True, gt=0, le=1e5
     )
-    """Weak prior of the velocity along the base line; it matters only early. Empty = none."""
+    """Weak prior of the velocity along the base line; it matters only early; null in the JSON form = none."""
     sigma_acceleration_mps2: float = parameter(
         1.5, title="Expected acceleration", unit="m/s²", symbol="σ_a", group="motion", advanced=True, gt=0, le=1e3
     )

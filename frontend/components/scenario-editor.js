@@ -164,13 +164,15 @@ export class ScenarioEditor extends HTMLElement {
     const id = uniqueId("scenario");
     const value = owner[field.name];
     const label = field.unit ? `${field.title}, ${field.unit}` : field.title;
-    if (field.type === "choice") {
+    if (field.type === "choice" || field.type === "boolean") {
+      const choices = field.type === "choice" ? field.choices : [{ value: "true", meaning: t("form.yes") }, { value: "false", meaning: t("form.no") }];
       return h("select", { id, value: String(value), "aria-label": label, oninput: (/** @type {Event} */ event) => {
-        owner[field.name] = /** @type {HTMLSelectElement} */ (event.target).value;
+        const chosen = /** @type {HTMLSelectElement} */ (event.target).value;
+        owner[field.name] = field.type === "boolean" ? chosen === "true" : chosen;
         this.draw();
         this.spots.get(pointer)?.input?.focus();
         this.changedNow();
-      } }, field.choices.map((one) => h("option", { value: String(one.value) }, one.meaning || String(one.value))));
+      } }, choices.map((one) => h("option", { value: String(one.value) }, one.meaning || String(one.value))));
     }
     const room = field.unit ? `padding-right: ${field.unit.length + 2}ch` : null;
     return h("input", {
@@ -188,7 +190,8 @@ export class ScenarioEditor extends HTMLElement {
     if (error) this.wrong.set(pointer, t(`field.${error}`, { range: rangeOf(field), unit: field.unit }));
     else if (empty && field.type === "text") owner[field.name] = "";
     else if (empty && !field.nullable && field.default === null) this.wrong.set(pointer, t("scenarios.needed"));
-    else owner[field.name] = empty ? field.default : value;
+    else if (empty) owner[field.name] = field.nullable ? null : field.default;
+    else owner[field.name] = value;
     this.told.delete(pointer);
     this.changedNow();
   }
@@ -227,6 +230,13 @@ export class ScenarioEditor extends HTMLElement {
       this.changedNow();
     };
     if (shape.kind === "object") return this.optional(field, shape, owner, pointer, again);
+    if (shape.kind === "numbers") {
+      const input = this.numbers(field, owner, pointer);
+      input.setAttribute("aria-label", field.unit ? `${field.title}, ${field.unit}` : field.title);
+      const spot = this.spots.get(pointer);
+      if (spot) this.spots.set(pointer, { ...spot, input });
+      return input;
+    }
     const rows = /** @type {Values[]} */ (owner[field.name] ?? []);
     const add = h("button", {
       type: "button", class: "plain", "aria-label": `${t("scenarios.add")}: ${field.title}`, onclick: () => {

@@ -86,6 +86,8 @@ function dressTrace(trace, { colours, dark, hidden }) {
   if (trace.type === "heatmap" || trace.type === "bar") {
     if (dark && copy.colorscale) copy.colorscale = copy.colorscale.map((/** @type {[number, string]} */ [at, colour]) => [at, onDark(colour)]);
     if (dark && typeof copy.marker?.color === "string") copy.marker = { ...copy.marker, color: onDark(copy.marker.color) };
+    // Names of bars are words of the server; those of stations and runs are in no dictionary and stay.
+    if (trace.type === "bar" && copy.orientation === "h" && Array.isArray(copy.y)) copy.y = copy.y.map((/** @type {unknown} */ word) => said(String(word)));
   } else if (token) {
     const colour = colours[token];
     if (copy.line) copy.line = { ...copy.line, color: colour };

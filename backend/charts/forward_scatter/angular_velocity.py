@@ -10,7 +10,7 @@ from backend.charts import theme
 from backend.charts.columns import Floats
 from backend.charts.decimate import Picked, curve
 from backend.charts.figure import Trace, figure, line_of, not_applicable, time_axis, trace
-from backend.charts.forward_scatter.panels import axis_number, rows_of, stacked_axes
+from backend.charts.forward_scatter.panels import axis_number, broken, rows_of, stacked_axes
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Angular velocity"
@@ -24,9 +24,9 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         return not_applicable(TITLE, "no_angular_velocity")
     traces: list[Trace] = []
     picked: list[Picked] = []
-    panels: list[tuple[str, str, float]] = [("omega_rad_s", "Angular velocity, deg/s", float(np.degrees(1)))]
+    panels: list[tuple[str, str, float]] = [("omega_rad_s", "ω, deg/s", float(np.degrees(1)))]
     if any(np.isfinite(rows.numbers("difference_hz")).any() for _, rows in found):
-        panels.append(("difference_hz", "Difference of the Dopplers, Hz", 1.0))
+        panels.append(("difference_hz", "f1 - f2, Hz", 1.0))
     for i, (name, _, scale) in enumerate(panels):
         key = f"y{axis_number(i)}"
         for entry, rows in found:
@@ -53,11 +53,16 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             )
         exact = _exact(view.recording) if name == "omega_rad_s" else None
         if exact is not None:
+            time = view.recording.time_s
+            step = np.diff(time)
+            flights = (
+                np.append(True, step > 5 * np.median(step))[: time.size] if step.size else np.ones(time.size, bool)
+            )
             traces.append(
                 trace(
                     "truth",
-                    view.recording.time_s,
-                    scale * exact,
+                    broken(time, flights),
+                    broken(scale * exact, flights),
                     name="exact, seen from the receivers",
                     yaxis=key,
                     mode="lines",

@@ -19,6 +19,9 @@ CURVES = (
     ("end_known_m", "at the end, course known", "dot", 1),
 )
 
+# Where on its curve each name stands, as a share of the base line: where the curves are apart.
+NAMES_AT = (0.5, 0.5, 0.02, 0.97)
+
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
     """Draw the bound of the first algorithm that has one: it depends on site and pass, not on the method."""
@@ -64,13 +67,14 @@ def _name_of(curve: Trace, place: int) -> dict[str, Any]:
     """The curve's name beside it, each at another place; the axis is logarithmic."""
     x, y = np.asarray(curve["x"], float), np.asarray(curve["y"], float)
     known = np.flatnonzero(np.isfinite(y))
-    at = known[int((0.2 + 0.2 * place) * (known.size - 1))]
+    at = known[int(NAMES_AT[place] * (known.size - 1))]
     return {
         "x": float(x[at]),
         "y": float(np.log10(y[at])),
         "text": curve["name"],
         "showarrow": False,
-        "yanchor": "bottom" if place % 2 == 0 else "top",
+        "xanchor": ("center", "center", "left", "right")[place],
+        "yanchor": ("bottom", "top", "middle", "middle")[place],
         "font": {"size": 11, "color": theme.AXIS},
     }
 

@@ -11,14 +11,16 @@ from backend.charts import theme
 from backend.charts.columns import Floats
 from backend.charts.decimate import Picked, curve
 from backend.charts.figure import Trace, figure, line_of, not_applicable, time_axis, trace
-from backend.charts.forward_scatter.panels import DOUBTFUL, Rows, axis_number, band_of, rows_of, stacked_axes
+from backend.charts.forward_scatter.panels import DOUBTFUL, Rows, axis_number, band_of, broken, rows_of, stacked_axes
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "What is known of the crossing"
+# Short titles: three panels share the height of a chart. The time counts from the last answer of its pass, because
+# passes are minutes apart and the answers hundredths of a second.
 PANELS = (
-    ("distance_m", "Distance, km", 1e-3, "km"),
-    ("across_mps", "Velocity across, m/s", 1.0, "m/s"),
-    ("crossing_s", "Crossing time, s", 1.0, "s"),
+    ("distance_m", "s, km", 1e-3, "km"),
+    ("across_mps", "v, m/s", 1.0, "m/s"),
+    ("crossing_s", "Δτ, s", 1.0, "s"),
 )
 # The first view holds the middle of the answers; the first rows of a pass are wild.
 VIEW = (10, 90)
@@ -35,7 +37,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     for i, (name, _, scale, unit) in enumerate(PANELS):
         key = f"y{axis_number(i)}"
         for entry, rows in found:
-            value = scale * np.where(_answered(rows), rows.numbers(name), np.nan)
+            value = scale * _values(rows, name)
             sd = scale * rows.numbers(f"sigma_{name}")
             with np.errstate(invalid="ignore"):
                 wild = ~(sd < 3 * np.nanstd(value) + abs(np.nanmedian(value))) if np.isfinite(value).any() else sd > 0
@@ -44,18 +46,19 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
                 entry, rows.time_s, value - 2 * sd, value + 2 * sd, f"{entry.label}, 2 sigma", rows.breaks, yaxis=key
             )
         for entry, rows in found:
-            value = scale * np.where(_answered(rows), rows.numbers(name), np.nan)
+            value = scale * _values(rows, name)
             ranges.setdefault(key, []).append(value[np.isfinite(value)])
             traces += _curve(entry, rows, value, unit, key, i == 0, options, picked)
         true = _true(view.recording)
-        if true is not None:
+        if true is not None and name in true:
             values = scale * true[name]
             ranges[key].append(values[np.isfinite(values)])
+            flights = np.append(True, np.diff(true["crossing"]) != 0)[: values.size]
             traces.append(
                 trace(
                     "truth",
-                    view.recording.time_s,
-                    values,
+                    broken(view.recording.time_s, flights),
+                    broken(values, flights),
                     name="true",
                     showlegend=i == 0,
                     yaxis=key,
@@ -81,9 +84,16 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     )
 
 
-def _answered(rows: Rows) -> np.ndarray:
-    status = rows.words("status")
-    return np.isin(status, ("fallback", "extrapolated", "crossed", "fitted", "held"))
+def _values(rows: Rows, name: str) -> Floats:
+    """What the rows with an answer say; times count from the last answer of their pass."""
+    answered = np.isin(rows.words("status"), ("fallback", "extrapolated", "crossed", "fitted", "held"))
+    value = np.where(answered, rows.numbers(name), np.nan)
+    if name == "crossing_s":
+        for piece in np.split(np.arange(value.size), np.flatnonzero(rows.breaks)[1:]):
+            known = piece[np.isfinite(value[piece])]
+            if known.size:
+                value[piece] -= value[known[-1]]
+    return value
 
 
 def _curve(
@@ -128,7 +138,7 @@ def _true(recording: Recording) -> dict[str, Floats] | None:
     if not np.isfinite(crossing).any():
         return None
     speed = frame.turned_from_enu(recording.truth_velocity_mps)
-    return {"distance_m": crossing[:, 1], "crossing_s": crossing[:, 0], "across_mps": speed[:, 1]}
+    return {"distance_m": crossing[:, 1], "crossing": np.nan_to_num(crossing[:, 0]), "across_mps": speed[:, 1]}
 
 
 CHART = Chart(name="crossing", title=TITLE, source="run", needs=("crossings",), draw=draw, kinds=("doppler_pairs",))

@@ -78,7 +78,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             )
     if not traces:
         return not_applicable(TITLE, "no_dopplers")
-    titles = ["Residual, Hz", "Chi2 per degree of freedom"] if with_chi2 else ["Residual, Hz"]
+    titles = ["Residual, Hz", "Chi2 / dof"] if with_chi2 else ["Residual, Hz"]
     return figure(
         TITLE,
         traces,
