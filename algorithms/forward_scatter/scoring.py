@@ -72,6 +72,7 @@ def score_with(
         return np.where(there, values, 0.0), there.astype(float)
 
     one = np.ones(answered.shape)
+    begun = np.logical_or.accumulate(answered, axis=0)
     squares = total(s_error * s_error, known)
     normalised = total(s_error * s_error / np.where(told, sd * sd, 1.0), told)
     tallies: tuple[Tally, ...] = (
@@ -91,6 +92,7 @@ def score_with(
         Tally("nees", "1", *normalised, curve=True, chi_square=True),
         Tally("chi2_per_dof", "1", np.where(tested, chi2, 0.0), np.where(tested, dof, 0.0), curve=True),
         Tally("answered_share", "1", answered.astype(float), one, curve=True, share=True),
+        Tally("lost_share", "1", (begun & ~answered).astype(float), begun.astype(float), curve=True, share=True),
     )
     for unknowns, name in BOUNDS.items():
         limit = bounds_of_crossing(recording, conditions, unknowns, sigma_azimuth_rad)[:, 1, None] ** 2

@@ -80,7 +80,7 @@ const OF_TIMING = { period_s: "regular", minimum_interval_s: "irregular", mean_e
 
 /** Whether a field has a meaning with these values. @param {string} name @param {Values} values */
 export function serves(name, values) {
-  return !(name in OF_TIMING) || OF_TIMING[name] === values.timing;
+  return !("timing" in values) || !(name in OF_TIMING) || OF_TIMING[name] === values.timing;
 }
 
 /** What one further row moves on from the last one, so that it is not the same again. */
