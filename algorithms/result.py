@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Column = NDArray[Any] | Sequence[str | None]
+from algorithms.texts import Texts
+
+Column = NDArray[Any] | Texts
 
 
 @dataclass(frozen=True)
@@ -57,18 +59,35 @@ class Metric:
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of equal length, in order. Numbers are arrays (NaN = null), texts are sequences of str or None."""
+    """Columns of equal length, in order: arrays of numbers (NaN = null) and texts (None = null).
+
+    Texts may be given as any sequence of str or None.
+    """
 
     columns: Mapping[str, Column]
 
+    def __init__(self, columns: Mapping[str, NDArray[Any] | Sequence[str | None]]) -> None:
+        kept = columns if isinstance(columns, StoredColumns) else {n: _column(c) for n, c in columns.items()}
+        object.__setattr__(self, "columns", kept)
+
     def __len__(self) -> int:
         """Return the number of rows."""
+        if isinstance(self.columns, StoredColumns):
+            return self.columns.rows
         return len(next(iter(self.columns.values()), ()))
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns in order."""
         return tuple(self.columns)
+
+    def take(self, chosen: NDArray[np.integer] | NDArray[np.bool_] | slice) -> Table:
+        """Return the table of some rows."""
+        return Table({name: column[chosen] for name, column in self.columns.items()})
+
+    def without(self, name: str) -> Table:
+        """Return the table without a column."""
+        return Table({n: column for n, column in self.columns.items() if n != name})
 
     def rows(self, start: int = 0, stop: int | None = None) -> Iterable[tuple[Any, ...]]:
         """Yield rows as plain Python values; NaN and infinities become None."""
@@ -78,43 +97,80 @@ class Table:
     def to_arrays(self, prefix: str) -> dict[str, NDArray[Any]]:
         """Arrays for an .npz file: texts as codes with their categories, no pickles."""
         out: dict[str, NDArray[Any]] = {}
-        names = []
+        forms = []
         for name, column in self.columns.items():
             key = f"{prefix}/{name}"
-            if isinstance(column, np.ndarray) and column.dtype.kind in "fiub":
-                out[key] = column
-                names.append([name, "number"])
+            if isinstance(column, Texts):
+                out[key] = column.codes
+                out[f"{key}.categories"] = _json_bytes(column.categories)
+                forms.append([name, "text"])
             else:
-                seen: dict[str | None, int] = {}
-                codes = np.fromiter((seen.setdefault(v, len(seen)) for v in column), np.int32, len(column))
-                out[key] = codes
-                out[f"{key}.categories"] = np.frombuffer(json.dumps(list(seen)).encode(), np.uint8)
-                names.append([name, "text"])
-        out[f"{prefix}/columns"] = np.frombuffer(json.dumps(names).encode(), np.uint8)
+                out[key] = column
+                forms.append([name, "number"])
+        out[f"{prefix}/columns"] = _json_bytes(forms)
         return out
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], prefix: str) -> Table:
-        """Rebuild a table from what `to_arrays` gave."""
-        columns: dict[str, Column] = {}
-        for name, form in json.loads(bytes(arrays[f"{prefix}/columns"]).decode()):
-            column = arrays[f"{prefix}/{name}"]
-            if form == "text":
-                categories = json.loads(bytes(arrays[f"{prefix}/{name}.categories"]).decode())
-                columns[name] = [categories[i] for i in column.tolist()]
+        """Rebuild a table from what `to_arrays` gave; each column is read when it is asked for."""
+        forms = dict(json.loads(bytes(arrays[f"{prefix}/columns"])))
+        return cls(StoredColumns(arrays, prefix, forms))
+
+
+class StoredColumns(Mapping[str, Column]):
+    """Columns of a stored table: read once, and only what is asked for. A chart needs a few of many."""
+
+    def __init__(self, arrays: Mapping[str, NDArray[Any]], prefix: str, forms: Mapping[str, str]) -> None:
+        self._arrays, self._prefix, self._forms = arrays, prefix, forms
+        self._read: dict[str, Column] = {}
+
+    @property
+    def rows(self) -> int:
+        """Number of rows: that of the first column."""
+        read = next(iter(self._read or self._forms), None)
+        return 0 if read is None else len(self[read])
+
+    def __getitem__(self, name: str) -> Column:
+        """Return a column; KeyError where there is none."""
+        if name not in self._read:
+            column = self._arrays[f"{self._prefix}/{name}"]
+            if self._forms[name] == "text":
+                categories = json.loads(bytes(self._arrays[f"{self._prefix}/{name}.categories"]))
+                self._read[name] = Texts(column.astype(np.int32, copy=False), tuple(categories))
             else:
-                columns[name] = column
-        return cls(columns)
+                self._read[name] = column
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names in order."""
+        return iter(self._forms)
+
+    def __len__(self) -> int:
+        """Return the number of columns."""
+        return len(self._forms)
+
+
+def _column(column: NDArray[Any] | Sequence[str | None]) -> Column:
+    if isinstance(column, Texts):
+        return column
+    if isinstance(column, np.ndarray) and column.dtype.kind in "fiub":
+        return column
+    return Texts.of(column)
+
+
+def _json_bytes(value: Any) -> NDArray[np.uint8]:
+    return np.frombuffer(json.dumps(value).encode(), np.uint8)
 
 
 def _plain(column: Column) -> list[Any]:
-    if isinstance(column, np.ndarray):
-        if column.dtype.kind == "f":
-            finite = np.isfinite(column)
-            values: list[Any] = column.tolist()
-            return values if finite.all() else [v if ok else None for v, ok in zip(values, finite, strict=True)]
-        return list(column.tolist())
-    return list(column)
+    if isinstance(column, Texts):
+        return list(column)
+    values: list[Any] = column.tolist()
+    if column.dtype.kind == "f":
+        finite = np.isfinite(column)
+        if not finite.all():
+            return [v if ok else None for v, ok in zip(values, finite.tolist(), strict=True)]
+    return values
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from algorithms.result import Table
 from algorithms.spec import Reference
+from algorithms.texts import Texts
 
 Word = Literal["reproduced", "partly", "not", "shown"]
 
@@ -89,7 +90,7 @@ class StudyRun:
     def _rows(self, table: Table, same: Mapping[str, str], swept: Mapping[str, float]) -> NDArray[np.int64]:
         keep = np.ones(len(table), np.bool_)
         for name, text in same.items():
-            keep &= np.fromiter(((value or "") == text for value in table.columns[name]), np.bool_, len(table))
+            keep &= Texts.of(table.columns[name]).are(text)
         for name, number in swept.items():
             column = next(c for c in table.names if c.rpartition(".")[2] == name)
             keep &= np.asarray(table.columns[column], float) == number

@@ -122,11 +122,12 @@ def one_core(trials: int) -> None:
     recording = simulate(conditions_in, tuple(range(LANES)), 1)
     conditions = conditions_of(recording, parameters, profile="article", with_altitude=True)
     setup = filter_setup(recording, parameters, conditions, altitude=True)
-    marks = lanes.Marks(recording.time_s, recording.toa_s, recording.altitude_m)
-    now, rows, report = lanes.new_now(4), lanes.new_rows(4), lanes.new_report(MARKS, 4, LANES, lean=True)
+    marks = lanes.Marks(np.repeat(recording.time_s[:, None], LANES, axis=1), recording.toa_s, recording.altitude_m)
+    now, rows = lanes.new_now(4), lanes.new_rows(4)
+    report = lanes.new_report(MARKS, 4, LANES, covariance="position", receptions=False)
 
     def fresh() -> lanes.Track:
-        return started(parameters.start, recording, np.arange(MARKS), np.arange(LANES), LocalContext())
+        return started(parameters.start, recording, np.zeros(LANES, int), np.arange(LANES), LocalContext())
 
     tracks = [fresh() for _ in range(21)]
     filter_marks(marks, setup, tracks.pop(), now, rows, report, 0, MARKS)

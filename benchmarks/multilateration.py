@@ -50,23 +50,26 @@ def kernel_run(recording: ToaMarks, profile: str) -> Callable[[], lanes.Report]:
     form = "paper" if profile == "article" else "white"
     setup = setup_of(conditions, sigma_jerk_mps3=0.1, process_noise=form, altitude=True, robust=profile == "robust")
     trials = recording.toa_s.shape[2]
-    rows = np.arange(len(recording))
     blocks = [slice(i, min(i + LANES, trials)) for i in range(0, trials, LANES)]
     marks = [
         lanes.Marks(
-            recording.time_s,
+            np.repeat(recording.time_s[:, None], b.stop - b.start, axis=1),
             np.ascontiguousarray(recording.toa_s[:, :, b]),
             np.ascontiguousarray(recording.altitude_m[:, b]),
         )
         for b in blocks
     ]
-    reports = [lanes.new_report(len(recording), 4, b.stop - b.start, lean=True) for b in blocks]
+    reports = [
+        lanes.new_report(len(recording), 4, b.stop - b.start, covariance="position", receptions=False) for b in blocks
+    ]
 
     now, work = lanes.new_now(4), lanes.new_rows(4)
 
     def call() -> lanes.Report:
         for b, m, report in zip(blocks, marks, reports, strict=True):
-            track = started(start, recording, rows, np.arange(b.start, b.stop), LocalContext())
+            track = started(
+                start, recording, np.zeros(b.stop - b.start, int), np.arange(b.start, b.stop), LocalContext()
+            )
             filter_marks(m, setup, track, now, work, report, 0, len(recording))
         return reports[0]
 

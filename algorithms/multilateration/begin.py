@@ -307,7 +307,7 @@ def decide(lanes, gate, setup, track, now):
             now.reason[lane] = R_SPREAD
             continue
         if track.live[lane] == 0:
-            _try_start(lane, gate, setup, track, now)
+            _try_start(lane, gate[lane], setup, track, now)
             continue
         unknown = (
             track.p[0, 2, lane] > VELOCITY_UNKNOWN_MPS**2
@@ -315,7 +315,7 @@ def decide(lanes, gate, setup, track, now):
             or track.time[lane] - track.last_update[lane] > STALE_S
             or track.suspect[lane] == 1
         )
-        if setup.robust and unknown and track.rival[lane] == 0 and _solve_anew(lane, gate, setup, track, now):
+        if setup.robust and unknown and track.rival[lane] == 0 and _solve_anew(lane, gate[lane], setup, track, now):
             continue
         if now.receptions[lane] >= 2 or now.has_altitude[lane] > 0.0:
             now.go[lane] = 1.0

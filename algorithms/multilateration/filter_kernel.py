@@ -1,4 +1,4 @@
-"""The compiled range-difference filter: a block of trials through a range of marks.
+"""The compiled range-difference filter: a block of trials, or of targets, through a range of marks.
 
 One mark goes through these steps (specification 4, 5, 6.4(b)):
 
@@ -97,15 +97,15 @@ def _elapse(lanes, gate, setup, track, now):
     """
     x = track.x
     for lane in range(lanes):
-        if gate < track.gate[lane] or not np.isfinite(gate):
+        if gate[lane] < track.gate[lane] or not np.isfinite(gate[lane]):
             now.status[lane] = REJECTED_TIME
             now.reason[lane] = R_OLD
             continue
         now.status[lane] = COAST
-        track.gate[lane] = gate
+        track.gate[lane] = gate[lane]
         if track.live[lane] == 0:
             continue
-        t = gate - track.time[lane]
+        t = gate[lane] - track.time[lane]
         if setup.robust:
             px = x[0, 0, lane] + t * (x[0, 1, lane] + 0.5 * t * x[0, 2, lane])
             py = x[0, 3, lane] + t * (x[0, 4, lane] + 0.5 * t * x[0, 5, lane])
@@ -338,19 +338,20 @@ def _write(k, lanes, setup, track, now, report):
         for lane in range(lanes):
             report.state[k, i, lane] = track.x[0, i, lane] * now.shown[lane]
     if report.covariance.shape[1] == 45:
-        for lane in range(lanes):
-            waiting = now.status[lane] == NOT_INITIALISED and track.gathered.kept[lane] > 0
-            report.start_error[k, lane] = track.gathered.error[lane] if waiting else np.nan
         for i in range(45):
             for lane in range(lanes):
                 report.covariance[k, i, lane] = track.p[0, i, lane] * now.shown[lane]
-        _write_receptions(k, lanes, setup, track, now, report)
     else:
         for a in range(3):
             for b in range(a + 1):
                 i = 3 * a * (3 * a + 1) // 2 + 3 * b
                 for lane in range(lanes):
                     report.covariance[k, a * (a + 1) // 2 + b, lane] = track.p[0, i, lane] * now.shown[lane]
+    if report.residual.shape[0] > 0:
+        for lane in range(lanes):
+            waiting = now.status[lane] == NOT_INITIALISED and track.gathered.kept[lane] > 0
+            report.start_error[k, lane] = track.gathered.error[lane] if waiting else np.nan
+        _write_receptions(k, lanes, setup, track, now, report)
 
 
 @inlined
@@ -376,11 +377,11 @@ def _write_receptions(k, lanes, setup, track, now, report):
 
 @kernel
 def filter_marks(marks, setup, track, now, rows, report, first, stop):
-    """Run marks first <= k < stop of a block of trials through the filter.
+    """Run marks first <= k < stop of every lane through the filter.
 
     Parameters
     ----------
-    marks : Marks, L <= LANES trials
+    marks : Marks, L <= LANES lanes, each with its own times: trials of one target, or targets of one trial
     setup : Setup
     track : Track, changed in place
     now, rows : Now, Rows

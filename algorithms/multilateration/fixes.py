@@ -12,7 +12,6 @@ from algorithms.multilateration.fix import residual_rms, solve_mark
 from algorithms.recording import ToaMarks
 from algorithms.spec import RunContext
 from algorithms.toolbox.kernels import kernel
-from algorithms.toolbox.kernels.symmetric import unpack
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 
 # Marks in one call of the kernel: some 50 ms, so that a cancel is seen soon.
@@ -126,9 +125,8 @@ def solve_recording(
 ) -> dict[str, NDArray[np.generic]]:
     """Arrays of the one-mark solution (see `single_mark`) of times of arrival (M, S, L) s and altitudes (M, L) m."""
     marks, stations, trials = toa.shape
-    report = lanes.new_report(marks, stations, trials)
+    report = lanes.new_report(marks, stations, trials, covariance="position")
     position = np.full((marks, 3, trials), np.nan)
-    packed = np.full((marks, 6, trials), np.nan)
     roots = np.full((marks, 2, 3, trials), np.nan)
     for first in range(0, marks, SLICE_MARKS):
         context.check_cancelled()
@@ -149,7 +147,7 @@ def solve_recording(
             stop,
             report.time,
             position,
-            packed,
+            report.covariance,
             roots,
             report.status,
             report.reason,
@@ -161,9 +159,6 @@ def solve_recording(
         )
         context.progress(stop / marks)
     report.state[:, [0, 3, 6]] = position
-    covariance = np.full((marks, 9, 9, trials), np.nan)
-    where = np.array([0, 3, 6])
-    covariance[:, where[:, None], where[None, :]] = unpack(packed, axis=1)
     # A mark is its own track of one: tracks are numbered by target, so that a chart can tell targets apart.
     report.track[:] = np.where(np.isfinite(position[:, 0]), recording.target[:, None] + 1, 0)
     return {
@@ -171,7 +166,7 @@ def solve_recording(
         "target": recording.target,
         "time_s": report.time,
         "state": report.state,
-        "covariance": covariance,
+        "covariance": report.covariance,
         "track": report.track,
         "status": report.status,
         "reason": report.reason,

@@ -5,7 +5,7 @@ Everything that a lane remembers between marks is in `Track`, so a recording can
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +106,7 @@ RELINEARISATIONS = 3
 
 
 class Marks(NamedTuple):
-    """Measurements of a block of trials: time (M,) s, toa (M, S, L) s, altitude (M, L) m."""
+    """Measurements of a block: time (M, L) s, toa (M, S, L) s, altitude (M, L) m."""
 
     time: Floats
     toa: Floats
@@ -196,12 +196,12 @@ class Report(NamedTuple):
     time: Floats
     state: Floats
     covariance: Floats
-    """(M, 45, L) packed; in a lean report (M, 6, L), of the position alone"""
+    """(M, 45, L) packed, or (M, 6, L), of the position alone"""
     nis: Floats
-    dof: Ints
-    status: Ints
-    reason: Ints
-    track: Ints
+    dof: NDArray[np.int32]
+    status: NDArray[np.int8]
+    reason: NDArray[np.int8]
+    track: NDArray[np.int32]
     used: NDArray[np.bool_]
     altitude_used: NDArray[np.bool_]
     residual: Floats
@@ -355,22 +355,29 @@ def new_track(stations: int = 0, gathered: int = 0) -> Track:
     )
 
 
-def new_report(marks: int, stations: int, lanes: int, *, lean: bool = False) -> Report:
-    """Room for the report of so many marks; a lean one has what scores need: the position's covariance alone, and
-    nothing of single receptions or of starts in vain.
+def new_report(
+    marks: int,
+    stations: int,
+    lanes: int,
+    *,
+    covariance: Literal["state", "position"] = "state",
+    receptions: bool = True,
+) -> Report:
+    """Room for the report of so many marks, with the covariance of the whole state or of the position alone, and with
+    what became of single receptions and of starts in vain or without it.
     """
-    receptions = 0 if lean else marks
+    rows = marks if receptions else 0
     return Report(
         time=np.full((marks, lanes), np.nan),
         state=np.full((marks, 9, lanes), np.nan),
-        covariance=np.full((marks, 6 if lean else 45, lanes), np.nan),
+        covariance=np.full((marks, 45 if covariance == "state" else 6, lanes), np.nan),
         nis=np.full((marks, lanes), np.nan),
-        dof=np.zeros((marks, lanes), np.int64),
-        status=np.full((marks, lanes), NOT_INITIALISED, np.int64),
-        reason=np.zeros((marks, lanes), np.int64),
-        track=np.zeros((marks, lanes), np.int64),
-        used=np.zeros((receptions, stations, lanes), np.bool_),
+        dof=np.zeros((marks, lanes), np.int32),
+        status=np.full((marks, lanes), NOT_INITIALISED, np.int8),
+        reason=np.zeros((marks, lanes), np.int8),
+        track=np.zeros((marks, lanes), np.int32),
+        used=np.zeros((rows, stations, lanes), np.bool_),
         altitude_used=np.zeros((marks, lanes), np.bool_),
-        residual=np.full((receptions, stations, lanes), np.nan),
-        start_error=np.full((receptions, lanes), np.nan),
+        residual=np.full((rows, stations, lanes), np.nan),
+        start_error=np.full((rows, lanes), np.nan),
     )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from algorithms.multilateration.lanes import REASONS, STATUS
-from algorithms.result import Output
+from algorithms.result import Output, Result
 
 OUTPUTS = (
     Output("row", ("mark",), "", "row number in the source"),
@@ -15,7 +18,13 @@ OUTPUTS = (
         "m, m/s, m/s2",
         "x vx ax y vy ay z vz az in the local frame; NaN where there is no estimate",
     ),
-    Output("covariance", ("mark", "component", "component", "trial"), "squares of the state's units"),
+    Output(
+        "covariance",
+        ("mark", "element", "trial"),
+        "products of the state's units",
+        "lower triangle of the state's covariance row by row (45 elements), or of the position's alone (6): of "
+        "one-mark solutions, and of filters over more than 100,000 marks",
+    ),
     Output("track", ("mark", "trial"), "", "number of the track, 0 = none"),
     Output("status", ("mark", "trial"), "", "what became of the mark", STATUS),
     Output("reason", ("mark", "trial"), "", "why", REASONS),
@@ -35,3 +44,12 @@ FILTER_OUTPUTS = (
         "claimed horizontal error of the best start from several marks, while it is not accepted",
     ),
 )
+
+# Where the elements of the position stand in the lower triangle of a covariance of nine components.
+_IN_STATE = [0, 6, 9, 21, 24, 27]
+
+
+def position_covariance(result: Result) -> NDArray[np.float64]:
+    """(mark, 6, trial) m2: lower triangle east; north-east, north; up-east, up-north, up."""
+    covariance: NDArray[np.float64] = result.arrays["covariance"]
+    return covariance if covariance.shape[1] == len(_IN_STATE) else covariance[:, _IN_STATE]

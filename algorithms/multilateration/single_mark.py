@@ -25,6 +25,7 @@ from algorithms.recording import ToaMarks
 from algorithms.result import Output, Result, Table
 from algorithms.scores import Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
+from algorithms.texts import Texts
 from algorithms.toolbox.metrics.position_scores import score_positions
 
 
@@ -60,8 +61,6 @@ def run(recording: ToaMarks, parameters: SingleMarkParameters, context: RunConte
 def score(recording: ToaMarks, parameters: SingleMarkParameters, context: RunContext) -> Scores:
     """Solve simulated marks and score them against the truth; an ambiguous mark has no estimate."""
     arrays = run(recording, parameters, context).arrays
-    p = arrays["covariance"]
-    packed = np.stack([p[:, 3 * i, 3 * j] for i in range(3) for j in range(i + 1)], axis=1)
     return score_positions(
         time_s=recording.time_s,
         target=recording.target,
@@ -69,7 +68,7 @@ def score(recording: ToaMarks, parameters: SingleMarkParameters, context: RunCon
         truth_m=recording.truth_m,
         truth_velocity_mps=recording.truth_velocity_mps,
         state=arrays["state"],
-        covariance=packed,
+        covariance=arrays["covariance"],
         nis=arrays["nis"],
         dof=arrays["dof"],
     )
@@ -85,7 +84,7 @@ def _tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
         {
             "row": recording.row[marks],
             "time_s": recording.time_s[marks],
-            "target": [recording.targets[recording.target[k]] or None for k in marks],
+            "target": Texts.coded(recording.target[marks], recording.targets),
             "root": number + 1,
             "east_m": place[:, 0],
             "north_m": place[:, 1],

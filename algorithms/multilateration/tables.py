@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.multilateration import lanes
+from algorithms.multilateration.outputs import position_covariance
 from algorithms.multilateration.parameters import AltitudeParameters
 from algorithms.multilateration.receivers import assess_receivers
 from algorithms.recording import ToaMarks
 from algorithms.result import Result, Table
+from algorithms.texts import Texts
 
 # What became of a mark that entered the estimate just as it should.
 _PLAINLY_USED = (lanes.UPDATED, lanes.INITIALISED)
@@ -46,12 +49,8 @@ def _flat(array: NDArray[Any]) -> NDArray[Any]:
     return array.T.reshape(-1)
 
 
-def _names(result: Result, key: str, words: tuple[str, ...]) -> list[str | None]:
-    return [words[i] or None for i in _flat(result.arrays[key])]
-
-
-def _targets(recording: ToaMarks, trials: int) -> list[str | None]:
-    return [recording.targets[i] or None for i in recording.target] * trials
+def _targets(recording: ToaMarks, trials: int) -> Texts:
+    return Texts.coded(np.tile(recording.target, trials), recording.targets)
 
 
 def _trial_column(marks: int, trials: int) -> NDArray[np.float64]:
@@ -67,9 +66,9 @@ def _or_nan(track: NDArray[Any]) -> NDArray[np.float64]:
 
 def _states(recording: ToaMarks, result: Result) -> Table:
     a = result.arrays
-    state, cov = a["state"], a["covariance"]
+    state, cov = a["state"], position_covariance(result)
     marks, trials = a["time_s"].shape
-    sd = np.sqrt(np.stack([cov[:, i, i] for i in _POSITION], axis=1))
+    sd = np.sqrt(cov[:, [0, 2, 5]])
     time = np.where(np.isfinite(a["time_s"]), a["time_s"], recording.time_s[:, None])
     columns: dict[str, Any] = {
         "trial": _trial_column(marks, trials),
@@ -88,16 +87,16 @@ def _states(recording: ToaMarks, result: Result) -> Table:
     columns["drms_m"] = _flat(np.hypot(sd[:, 0], sd[:, 1]))
     columns["nis"] = _flat(a["nis"])
     columns["dof"] = _flat(a["dof"])
-    columns["status"] = _names(result, "status", lanes.STATUS)
+    columns["status"] = Texts.coded(_flat(a["status"]), lanes.STATUS)
     columns["used"] = _used(recording.stations, a["used"], a["altitude_used"])
     columns["row"] = np.tile(a["row"], trials)
     columns["target"] = _targets(recording, trials)
-    columns["covariance_east_north_m2"] = _flat(cov[:, 0, 3])
+    columns["covariance_east_north_m2"] = _flat(cov[:, 1])
     return Table(columns)
 
 
-def _used(stations: tuple[str, ...], receptions: NDArray[np.bool_], altitude: NDArray[np.bool_]) -> list[str | None]:
-    """What went into each row, as words; a recording has few different sets, so each is put in words once.
+def _used(stations: tuple[str, ...], receptions: NDArray[np.bool_], altitude: NDArray[np.bool_]) -> Texts:
+    """What went into each row, as words; a recording has few different sets.
 
     receptions: (mark, station, trial), altitude: (mark, trial).
     """
@@ -105,13 +104,14 @@ def _used(stations: tuple[str, ...], receptions: NDArray[np.bool_], altitude: ND
     words = np.array((*stations, "altitude"), object)
     packed = np.packbits(rows, axis=1)
     _, first, which = np.unique(packed.view(f"V{packed.shape[1]}").ravel(), return_index=True, return_inverse=True)
-    texts = [" ".join(words[rows[i]]) or None for i in first]
-    return [texts[i] for i in which.tolist()]
+    return Texts.coded(which, [" ".join(words[rows[i]]) for i in first])
 
 
-def position_errors(recording: ToaMarks, result: Result) -> NDArray[np.float64]:
-    """(mark, 3, trial) m: estimate minus truth; NaN where either is unknown."""
-    errors: NDArray[np.float64] = result.arrays["state"][:, _POSITION] - recording.truth_m[:, :, None]
+def position_errors(
+    recording: ToaMarks, result: Result, rows: slice | NDArray[np.int64] = slice(None)
+) -> NDArray[np.float64]:
+    """(mark, 3, trial) m: estimate minus truth at these marks; NaN where either is unknown."""
+    errors: NDArray[np.float64] = result.arrays["state"][rows, 0:9:3] - recording.truth_m[rows, :, None]
     return errors
 
 
@@ -121,12 +121,11 @@ def _errors(recording: ToaMarks, result: Result) -> Table:
     velocity = a["state"][:, _VELOCITY] - recording.truth_velocity_mps[:, :, None]
     keep = np.isfinite(_flat(errors[:, 0]))
     marks, trials = a["time_s"].shape
-    targets = _targets(recording, trials)
     return Table(
         {
             "trial": _trial_column(marks, trials)[keep],
             "track": _or_nan(_flat(a["track"]))[keep],
-            "target": [targets[i] for i in np.flatnonzero(keep)],
+            "target": _targets(recording, trials)[keep],
             "time_s": _flat(a["time_s"])[keep],
             "error_east_m": _flat(errors[:, 0])[keep],
             "error_north_m": _flat(errors[:, 1])[keep],
@@ -141,18 +140,18 @@ def _errors(recording: ToaMarks, result: Result) -> Table:
 def _tracks(recording: ToaMarks, result: Result) -> Table:
     a = result.arrays
     rows: list[tuple[Any, ...]] = []
+    of_target = recording.rows_by_target()
     for trial in range(a["track"].shape[1]):
         number, status, reason = a["track"][:, trial], a["status"][:, trial], a["reason"][:, trial]
-        for track in np.unique(number[number > 0]):
-            where = np.flatnonzero(number == track)
+        for track, where in _marks_of_tracks(number):
             target = recording.target[where[0]]
-            later = recording.rows_of(int(target))
-            later = later[later > where[-1]]
+            mine = of_target[target]
+            later = mine[np.searchsorted(mine, where[-1], side="right") :]
             end = "end of the recording" if later.size == 0 else _end_reason(later, where, reason, recording)
             updating = np.isin(status[where], _UPDATING)
             rows.append(
                 (
-                    int(track),
+                    track,
                     recording.targets[target] or None,
                     "open" if later.size == 0 else "ended",
                     float(a["time_s"][where[0], trial]),
@@ -167,6 +166,15 @@ def _tracks(recording: ToaMarks, result: Result) -> Table:
     columns = list(zip(*rows, strict=True)) if rows else [()] * len(names)
     texts = {"target", "state", "reason"}
     return Table({n: list(c) if n in texts else np.array(c, float) for n, c in zip(names, columns, strict=True)})
+
+
+def _marks_of_tracks(number: NDArray[np.int32]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Each track's number with the positions of its marks."""
+    order = np.argsort(number, kind="stable")
+    tracks, first = np.unique(number[order], return_index=True)
+    for track, where in zip(tracks.tolist(), np.split(order, first[1:]), strict=True):
+        if track > 0:
+            yield track, where
 
 
 def _inconsistent_marks(nis: NDArray[np.float64], dof: NDArray[np.int64]) -> int:
@@ -197,34 +205,37 @@ def _decisions(recording: ToaMarks, result: Result) -> Table:
     nis, dof = _flat(a["nis"])[keep], _flat(a["dof"])[keep]
     scaled = status[keep] == lanes.DOWNWEIGHTED
     threshold = np.where(scaled, lanes.SCALE_FROM_SIGMA * np.sqrt(dof), np.nan)
-    targets = _targets(recording, trials)
     return Table(
         {
             "track": _or_nan(_flat(a["track"]))[keep],
             "row": np.tile(a["row"], trials)[keep],
             "time_s": np.tile(recording.time_s, trials)[keep],
-            "decision": [lanes.STATUS[i] for i in status[keep]],
+            "decision": Texts.coded(status[keep], lanes.STATUS),
             "distance": np.sqrt(nis),
             "threshold": threshold,
             "probability": np.full(keep.size, np.nan),
             "reason": _reasons(result, reason, keep),
-            "target": [targets[i] for i in keep],
+            "target": _targets(recording, trials)[keep],
             "trial": _trial_column(marks, trials)[keep],
-            "code": [lanes.REASON_CODES[i] or None for i in reason[keep]],
+            "code": Texts.coded(reason[keep], lanes.REASON_CODES),
         }
     )
 
 
-def _reasons(result: Result, reason: NDArray[Any], keep: NDArray[np.int64]) -> list[str | None]:
+def _reasons(result: Result, reason: NDArray[Any], keep: NDArray[np.int64]) -> Texts:
     """Words of each reason; a start in vain also tells the error that it would have had, to two digits."""
-    words = [lanes.REASONS[i] or None for i in reason[keep]]
+    words = Texts.coded(reason[keep], lanes.REASONS)
     if "start_error_m" not in result.arrays:
         return words
     error = _flat(result.arrays["start_error_m"])[keep]
-    for i in np.flatnonzero(np.isfinite(error)):
+    told = np.flatnonzero(np.isfinite(error))
+    if not told.size:
+        return words
+    longer = list(words)
+    for i in told.tolist():
         km = float(f"{error[i] / 1e3:.2g}")
-        words[i] = f"{words[i]}; predicted error {km:g} km"
-    return words
+        longer[i] = f"{longer[i]}; predicted error {km:g} km"
+    return Texts.of(longer)
 
 
 def _receivers(recording: ToaMarks, result: Result) -> Table:

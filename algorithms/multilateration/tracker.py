@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.errors import ParameterError, RecordingError
 from algorithms.multilateration import lanes
+from algorithms.multilateration.blocks import blocks_of
 from algorithms.multilateration.conditions import Conditions, conditions_of, given_or_default, toa_of
 from algorithms.multilateration.filter_kernel import filter_marks
-from algorithms.multilateration.lanes import Marks, Report, Setup, Track
+from algorithms.multilateration.lanes import Report, Setup, Track
 from algorithms.multilateration.parameters import FilterParameters, Start
 from algorithms.recording import ToaMarks
-from algorithms.result import Result, Setting
+from algorithms.result import Note, Result, Setting
 from algorithms.scores import Scores
 from algorithms.spec import RunContext
-from algorithms.toolbox.kernels import LANES
-from algorithms.toolbox.kernels.symmetric import pack, unpack
+from algorithms.toolbox.kernels.symmetric import pack
 from algorithms.toolbox.metrics.position_scores import score_positions
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE
 
@@ -24,6 +26,9 @@ Floats = NDArray[np.float64]
 
 # Receptions in one call of the kernel: some 50 ms, so that a cancel is seen soon.
 SLICE_RECEPTIONS = 40_000
+# A longer recording keeps the covariance of the position alone: that of the whole state is two thirds of a result.
+FULL_COVARIANCE_MARKS = 100_000
+POSITION_COVARIANCE = "Of each covariance the position's part alone is kept: the recording has more than 100,000 marks."
 
 
 def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunContext, *, altitude: bool) -> Result:
@@ -37,7 +42,15 @@ def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunCo
         Where the context says so.
     """
     report, conditions, settings = _filtered(recording, parameters, context, altitude=altitude, lean=False)
-    return Result(_arrays(recording, report), conditions.notes, settings)
+    notes = conditions.notes
+    if keeps_position_alone(recording):
+        notes = (*notes, Note("position_covariance", POSITION_COVARIANCE))
+    return Result(_arrays(recording, report), notes, settings)
+
+
+def keeps_position_alone(recording: ToaMarks) -> bool:
+    """Whether a result leaves out the covariances of velocity and acceleration."""
+    return len(recording) * recording.toa_s.shape[2] > FULL_COVARIANCE_MARKS
 
 
 def score_filter(recording: ToaMarks, parameters: FilterParameters, context: RunContext, *, altitude: bool) -> Scores:
@@ -60,7 +73,9 @@ def score_filter(recording: ToaMarks, parameters: FilterParameters, context: Run
 def _filtered(
     recording: ToaMarks, parameters: FilterParameters, context: RunContext, *, altitude: bool, lean: bool
 ) -> tuple[Report, Conditions, dict[str, Setting]]:
-    """Run the kernel over all targets and trials; a lean report has what scores need."""
+    """Run the kernel over all targets and trials; a lean report has what scores need: no receptions, and of the
+    covariance the position's.
+    """
     conditions = conditions_of(recording, parameters, profile=parameters.profile, with_altitude=altitude)
     settings = (
         conditions.settings
@@ -74,38 +89,26 @@ def _filtered(
     setup = filter_setup(recording, parameters, conditions, altitude=altitude)
     gathered = int(settings["start_marks"].value)
     toa = toa_of(recording, conditions)
-    trials = toa.shape[2]
-    whole = lanes.new_report(len(recording), toa.shape[1], trials, lean=lean)
-    offset = np.zeros(trials, np.int64)
+    stations, trials = toa.shape[1:]
+    kept: Literal["state", "position"] = "position" if lean or keeps_position_alone(recording) else "state"
+    whole = lanes.new_report(len(recording), stations, trials, covariance=kept, receptions=not lean)
+    highest = np.zeros((len(recording.targets), trials), np.int64)
+    now, work = lanes.new_now(stations), lanes.new_rows(stations)
+    step = max(1, SLICE_RECEPTIONS // max(stations, 1))
     done, total = 0, max(len(recording) * trials, 1)
-    for target in range(len(recording.targets)):
-        rows = recording.rows_of(target)
-        if rows.size == 0:
-            continue
-        # All rows in a block of memory are copied several times faster than rows by their numbers.
-        chosen = slice(None) if rows.size == len(recording) else rows
-        for first in range(0, trials, LANES):
-            part = slice(first, min(first + LANES, trials))
-            marks = Marks(
-                recording.time_s[rows],
-                np.ascontiguousarray(toa[chosen][:, :, part]),
-                np.ascontiguousarray(recording.altitude_m[chosen][:, part]),
-            )
-            track = started(parameters.start, recording, rows, np.arange(part.start, part.stop), context, gathered)
-            report = lanes.new_report(rows.size, toa.shape[1], part.stop - part.start, lean=lean)
-            now, work = lanes.new_now(toa.shape[1]), lanes.new_rows(toa.shape[1])
-            step = max(1, SLICE_RECEPTIONS // max(toa.shape[1], 1))
-            for k in range(0, rows.size, step):
-                context.check_cancelled()
-                stop = min(k + step, rows.size)
-                filter_marks(marks, setup, track, now, work, report, k, stop)
-                done += (stop - k) * (part.stop - part.start)
-                context.progress(done / total)
-            report.track[report.track > 0] += np.broadcast_to(offset[part], report.track.shape)[report.track > 0]
-            for ours, theirs in zip(whole, report, strict=True):
-                if ours.shape[0]:
-                    ours[chosen, ..., part] = theirs
-            offset[part] = np.maximum(offset[part], report.track.max(axis=0, initial=0))
+    for block in blocks_of(recording, trials):
+        track = started(parameters.start, recording, block.firsts, block.numbers, context, gathered)
+        for k in range(0, block.size, step):
+            context.check_cancelled()
+            stop = min(k + step, block.size)
+            marks = block.marks(recording, toa, k, stop)
+            report = lanes.new_report(stop - k, stations, marks.time.shape[1], covariance=kept, receptions=not lean)
+            filter_marks(marks, setup, track, now, work, report, 0, stop - k)
+            done += block.put(whole, report, highest, k, stop)
+            context.progress(done / total)
+    # Every target counts its tracks from one; in the recording they go on from target to target.
+    before = np.cumsum(highest, axis=0) - highest
+    whole.track[:] = np.where(whole.track > 0, whole.track + before[recording.target], 0)
     return whole, conditions, settings
 
 
@@ -173,41 +176,43 @@ def setup_of(
 def started(
     start: Start,
     recording: ToaMarks,
-    rows: NDArray[np.int64],
+    firsts: NDArray[np.int64],
     trials: NDArray[np.int64],
     context: RunContext,
     gathered: int = 0,
 ) -> Track:
     """Lanes before the first mark: empty, or with the given state at the first mark's time.
 
-    `gathered` is how many marks are kept for a start from several.
+    `firsts` are the positions of the lanes' first marks in the recording, `trials` their trials; `gathered` is how many
+    marks are kept for a start from several.
     """
     track = lanes.new_track(len(recording.stations), gathered)
     if start.mode == "auto":
         return track
     covariance = start_covariance(start)
-    time = float(recording.time_s[rows[0]])
-    state = np.zeros(9)
-    if start.mode == "given":
-        state[:] = start.state
-    else:
-        truth = np.stack([recording.truth_m[rows[0]], recording.truth_velocity_mps[rows[0]], np.zeros(3)], axis=1)
-        if not np.isfinite(truth).all():
-            raise RecordingError(
-                "a start around the truth needs true position and velocity at the first mark",
-                pointer="/start/mode",
-                remedy="use a scenario, or `auto` for an uploaded recording",
-                code="truth_missing",
-            )
-        state = truth.ravel()
     root, packed = np.linalg.cholesky(covariance), pack(covariance)
-    for lane, trial in enumerate(trials):
+    for lane, (first, trial) in enumerate(zip(firsts, trials, strict=True)):
         drawn = root @ context.random(int(trial)).standard_normal(9) if start.mode == "truth" else 0.0
-        track.x[0, :, lane] = state + drawn
+        track.x[0, :, lane] = _start_state(start, recording, int(first)) + drawn
         track.p[0, :, lane] = packed
-        track.time[lane] = track.last_update[lane] = time
+        track.time[lane] = track.last_update[lane] = recording.time_s[first]
         track.live[lane] = track.number[lane] = track.started[lane] = 1
     return track
+
+
+def _start_state(start: Start, recording: ToaMarks, first: int) -> Floats:
+    """(9,): the state that is given, or the truth at this mark."""
+    if start.mode == "given":
+        return np.array(start.state, float)
+    state = np.stack([recording.truth_m[first], recording.truth_velocity_mps[first], np.zeros(3)], axis=1)
+    if not np.isfinite(state).all():
+        raise RecordingError(
+            "a start around the truth needs true position and velocity at the first mark",
+            pointer="/start/mode",
+            remedy="use a scenario, or `auto` for an uploaded recording",
+            code="truth_missing",
+        )
+    return state.ravel()
 
 
 def start_covariance(start: Start) -> Floats:
@@ -233,7 +238,7 @@ def _arrays(recording: ToaMarks, report: Report) -> dict[str, NDArray[np.generic
         "target": recording.target,
         "time_s": report.time,
         "state": report.state,
-        "covariance": unpack(report.covariance, axis=1),
+        "covariance": report.covariance,
         "track": report.track,
         "status": report.status,
         "reason": report.reason,

@@ -241,9 +241,5 @@ def _json(table: Table, start: int, stop: int) -> Iterator[str]:
 def _csv(table: Table, start: int, stop: int) -> Iterator[str]:
     for at in range(start, max(stop, start + 1), _ROWS_AT_ONCE):
         out = StringIO()
-        write_table_csv(_cut(table, at, min(stop, at + _ROWS_AT_ONCE)), out, header=at == start)
+        write_table_csv(table.take(slice(at, min(stop, at + _ROWS_AT_ONCE))), out, header=at == start)
         yield out.getvalue()
-
-
-def _cut(table: Table, start: int, stop: int) -> Table:
-    return Table({name: column[start:stop] for name, column in table.columns.items()})

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.result import Table
+from algorithms.result import Column, Table
+from algorithms.texts import Texts
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -18,18 +19,22 @@ def numbers(table: Table, name: str) -> Floats:
     column = table.columns.get(name)
     if column is None:
         return np.full(len(table), np.nan)
-    if isinstance(column, np.ndarray) and column.dtype.kind in "fiub":
-        return column.astype(np.float64)
-    return np.array([np.nan if value is None else float(value) for value in column], np.float64)
+    if isinstance(column, Texts):
+        return column.mapped(np.array([np.nan if text is None else float(text) for text in column.categories]))
+    return column.astype(np.float64, copy=False)
 
 
 def words(table: Table, name: str) -> NDArray[Any]:
     """A column as an object array of str; empty texts where the table has no such column or no value."""
+    return texts(table, name).words()
+
+
+def texts(table: Table, name: str) -> Texts:
+    """A column as texts; none in any row where the table has no such column."""
     column = table.columns.get(name)
-    out = np.full(len(table), "", object)
-    if column is not None:
-        out[:] = ["" if value is None else str(value) for value in column]
-    return out
+    if column is None:
+        return Texts.repeated(None, len(table))
+    return column if isinstance(column, Texts) else Texts.of([str(value) for value in column.tolist()])
 
 
 def codes(table: Table, *names: str) -> Ints:
@@ -39,11 +44,17 @@ def codes(table: Table, *names: str) -> Ints:
         column = table.columns.get(name)
         if column is None:
             continue
-        is_number = isinstance(column, np.ndarray) and column.dtype.kind in "fiub"
-        values = numbers(table, name) if is_number else words(table, name).astype(str)
-        _, inverse = np.unique(values, return_inverse=True)
+        _, inverse = np.unique(_ordered(column), return_inverse=True)
         _, out = np.unique(out * (int(inverse.max(initial=0)) + 1) + inverse, return_inverse=True)
     return out
+
+
+def _ordered(column: Column) -> NDArray[Any]:
+    """Numbers, or for texts their places in the alphabet."""
+    if not isinstance(column, Texts):
+        return column
+    _, places = np.unique([text or "" for text in column.categories], return_inverse=True)
+    return column.mapped(places)
 
 
 def row_numbers(table: Table) -> Ints:
@@ -57,6 +68,6 @@ def used_marks(table: Table) -> NDArray[np.bool_]:
     column = table.columns.get("used")
     if column is None:
         return np.ones(len(table), bool)
-    if isinstance(column, np.ndarray) and column.dtype.kind in "fiub":
-        return np.asarray(column != 0)
-    return np.array([bool(value) for value in column], bool)
+    if isinstance(column, Texts):
+        return column.mapped(np.array([bool(text) for text in column.categories], bool))
+    return np.asarray(column != 0)

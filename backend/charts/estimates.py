@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.result import Table
+from algorithms.texts import Texts
 from backend.charts.columns import Floats, Ints, codes, numbers, row_numbers, used_marks, words
 from backend.charts.decimate import line_starts
 from backend.charts.view import Entry
@@ -44,14 +45,13 @@ class Estimates:
 
     def words_at(self, name: str) -> Callable[[Ints], NDArray[Any]]:
         """The same words, read only where they are asked for: at these positions."""
-        column = self.table.columns.get(name)
 
         def at(positions: Ints) -> NDArray[Any]:
-            out = np.full(positions.size, "", object)
-            if column is not None:
-                found = (column[i] for i in self.order[positions].tolist())
-                out[:] = ["" if value is None else str(value) for value in found]
-            return out
+            column = self.table.columns.get(name)
+            if column is None:
+                return np.full(positions.size, "", object)
+            found = column[self.order[positions]]
+            return found.words() if isinstance(found, Texts) else np.array([str(v) for v in found.tolist()], object)
 
         return at
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.result import Column, Table
+from algorithms.texts import Texts
 from backend.charts.columns import Floats
 from backend.charts.figure import Trace
 from backend.charts.view import Figure
@@ -31,7 +32,7 @@ def chart_table(drawn: Figure) -> Table:
         if name in NUMBERS:
             columns[name] = np.concatenate([np.empty(0), *pieces])
         else:
-            columns[name] = [value for piece in pieces for value in piece]
+            columns[name] = Texts.joined(Texts.of(piece) for piece in pieces)
     return Table(columns)
 
 
@@ -45,8 +46,8 @@ def _points(trace: Trace, layout: dict[str, Any]) -> dict[str, Any]:
     about = trace["meta"]
     titles = {k: layout.get(_axis_key(k, trace), {}).get("title", {}).get("text", "") for k in "xy"}
 
-    def same(value: str | None) -> list[str | None]:
-        return [value] * keep.size
+    def same(value: str | None) -> Texts:
+        return Texts.repeated(value, keep.size)
 
     return {
         "label": same(about["label"]),

@@ -9,6 +9,7 @@ import numpy as np
 
 from algorithms.recording import Recording, TruthTracks
 from algorithms.result import Table
+from algorithms.texts import Texts
 from backend.charts.view import Entry, RecordingView, RunView
 
 AnyRecording = TypeVar("AnyRecording", bound=Recording)
@@ -39,13 +40,7 @@ def table_of(table: Table, target: str) -> Table:
     names = table.columns.get("target")
     if names is None:
         return table
-    keep = np.flatnonzero(np.fromiter((name == target for name in names), bool, len(names)))
-    return Table(
-        {
-            name: column[keep] if isinstance(column, np.ndarray) else [column[i] for i in keep.tolist()]
-            for name, column in table.columns.items()
-        }
-    )
+    return table.take(Texts.of(names).are(target))
 
 
 def recording_view_of(view: RecordingView, target: str) -> RecordingView:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.result import Table
+from backend.charts.columns import texts
 from backend.charts.figure import ChartNote, Trace, axis, figure, log_axis, marker_of, not_applicable, trace
 from backend.charts.trial_curves import line_of_variant
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
@@ -80,14 +81,8 @@ def _wanted(table: Table) -> Table:
     """Rows of the metric over everything."""
     if not len(table):
         return table
-    keep = [
-        i
-        for i, (m, s, t) in enumerate(
-            zip(table.columns["metric"], table.columns["segment"], table.columns["target"], strict=True)
-        )
-        if m == METRIC and not s and not t
-    ]
-    return Table({n: c[keep] if isinstance(c, np.ndarray) else [c[i] for i in keep] for n, c in table.columns.items()})
+    over_all = texts(table, "segment").are(None) & texts(table, "target").are(None)
+    return table.take(texts(table, "metric").are(METRIC) & over_all)
 
 
 def _numbers(table: Table, name: str) -> NDArray[np.float64]:

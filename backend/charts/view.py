@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from algorithms.recording import Kind, Recording
 from algorithms.result import Table
+from algorithms.texts import Texts
 
 Figure = dict[str, Any]
 Source = Literal["run", "recording"]
@@ -132,12 +133,5 @@ def rows_of_label(table: Table, label: str) -> Table:
     if "label" not in table.columns:
         return table
     labels = table.columns["label"]
-    chosen = np.fromiter((value == label for value in labels), bool, len(labels))
-    positions = np.flatnonzero(chosen)
-    return Table(
-        {
-            name: column[positions] if isinstance(column, np.ndarray) else [column[i] for i in positions.tolist()]
-            for name, column in table.columns.items()
-            if name != "label"
-        }
-    )
+    assert isinstance(labels, Texts)
+    return table.without("label").take(labels.are(label))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from algorithms.recording import Floats, Ints, Recording
 from algorithms.result import Column, Table
 from algorithms.site import Origin, Site
+from algorithms.texts import Texts
 
 Role = Literal["estimate", "truth"]
 
@@ -60,7 +61,7 @@ def estimated_tracks(states: Table, origin: Origin) -> Iterator[GeoTrack]:
     local[np.isfinite(local[:, :2]).all(axis=1) & np.isnan(local[:, 2]), 2] = 0.0
     rows = np.flatnonzero(np.isfinite(local).all(axis=1))
     labels, label = _codes(states.columns["label"])
-    targets, target = _codes(states.columns.get("target", [None] * n))
+    targets, target = _codes(states.columns.get("target", Texts.repeated(None, n)))
     track, trial = (np.nan_to_num(_numbers(states, name, n), nan=-1.0) for name in ("track", "trial"))
     time_s = _numbers(states, "time_s", n)
     order = rows[np.lexsort((time_s[rows], trial[rows], track[rows], target[rows], label[rows]))]
@@ -135,6 +136,5 @@ def _numbers(table: Table, name: str, n: int) -> Floats:
 
 
 def _codes(column: Column) -> tuple[list[str], Ints]:
-    known: dict[str, int] = {}
-    codes = np.fromiter((known.setdefault(v or "", len(known)) for v in column), np.int64, len(column))
-    return list(known), codes
+    texts = Texts.of(column)
+    return [text or "" for text in texts.categories], texts.codes.astype(np.int64)

@@ -17,6 +17,7 @@ from algorithms.recording import (
     TruthTracks,
 )
 from algorithms.result import Column, Table
+from algorithms.texts import Texts
 from backend.files.units import UNITS, native_unit
 
 # Decimals of the short form in the file's unit: 1e-6 ns, 1e-12 degrees, 1e-9 of anything else.
@@ -44,8 +45,8 @@ def _table(native: Iterable[NativeColumn]) -> Table:
     columns: dict[str, Column] = {}
     for name, values, names in native:
         if names is not None:
-            book = [*(n or None for n in names), None]
-            columns[name] = [book[c] for c in values.tolist()]
+            # A code of -1 names nothing.
+            columns[name] = Texts.coded(np.where(values < 0, len(names), values), [*names, None])
         elif values.dtype == np.int64:
             columns[name] = np.where(values < 0, np.nan, values)
         else:

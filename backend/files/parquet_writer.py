@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from algorithms.result import Column, Table
+from algorithms.texts import Texts
 
 _ROWS_PER_GROUP = 100_000
 
@@ -28,7 +29,7 @@ def write_parquet(table: Table, path: Path, *, about: Mapping[str, str] | None =
 def _array(column: Column) -> Any:
     import pyarrow as pa
 
-    if not isinstance(column, np.ndarray):
+    if isinstance(column, Texts):
         return pa.array(list(column), pa.string()).dictionary_encode()
     if column.dtype.kind == "f":
         # Infinities are no measurements either; JSON and CSV have null there too.

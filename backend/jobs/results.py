@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.result import Column, Table
+from algorithms.texts import Texts
 from backend.db import outcomes, runs
 from backend.db.engine import Database
 from backend.errors import NotFoundError, StateError
@@ -97,10 +98,10 @@ def load_entry_table(database: Database, store: Store, run: runs.Run, label: str
         stored = outcomes.find_table(connection, run.id, name)
     if stored is None:
         tables = _big_tables(store, run, name)
-        return tables[label] if label in tables else _no_rows(next(iter(tables.values())))
+        return tables[label] if label in tables else next(iter(tables.values())).take(slice(0, 0))
     at = [c for c, _ in stored.columns].index("label")
-    table = table_of_stored(outcomes.StoredTable(name, stored.columns, [r for r in stored.rows if r[at] == label]))
-    return Table({column: values for column, values in table.columns.items() if column != "label"})
+    rows = [row for row in stored.rows if row[at] == label]
+    return table_of_stored(outcomes.StoredTable(name, stored.columns, rows)).without("label")
 
 
 def load_arrays(store: Store, run: runs.Run) -> Mapping[str, NDArray[Any]]:
@@ -170,21 +171,20 @@ def _summary(labels: Sequence[str], blocks: Sequence[Outcome]) -> dict[str, Any]
 def joined(tables: Mapping[str, Table]) -> Table:
     """Put the tables of several labels under each other; a column that one of them lacks is null there."""
     names = list(dict.fromkeys(name for table in tables.values() for name in table.names))
-    labels = [label for label, table in tables.items() for _ in range(len(table))]
-    columns: dict[str, Column] = {"label": labels}
+    columns: dict[str, Column] = {"label": Texts.joined(Texts.repeated(label, len(t)) for label, t in tables.items())}
     for name in names:
         parts = [(table.columns.get(name), len(table)) for table in tables.values()]
-        if all(part is None or _is_numeric(part) for part, _ in parts):
-            columns[name] = np.concatenate([np.full(n, np.nan) if p is None else np.asarray(p) for p, n in parts])
+        if any(isinstance(part, Texts) for part, _ in parts):
+            columns[name] = Texts.joined(Texts.repeated(None, n) if p is None else _as_texts(p) for p, n in parts)
         else:
-            columns[name] = [v for p, n in parts for v in ([None] * n if p is None else p)]
+            columns[name] = np.concatenate([np.full(n, np.nan) if p is None else np.asarray(p) for p, n in parts])
     return Table(columns)
 
 
 def _stored(name: str, table: Table) -> outcomes.StoredTable:
     kinds = {"f": "number", "i": "integer", "u": "integer", "b": "boolean"}
     columns = [
-        (column, kinds[values.dtype.kind] if _is_numeric(values) else "text")  # type: ignore[union-attr]
+        (column, "text" if isinstance(values, Texts) else kinds[values.dtype.kind])
         for column, values in table.columns.items()
     ]
     return outcomes.StoredTable(name, columns, [finite(list(row)) for row in table.rows()])
@@ -196,13 +196,10 @@ def table_of_stored(stored: outcomes.StoredTable) -> Table:
     columns: dict[str, Column] = {}
     for at, (name, kind) in enumerate(stored.columns):
         values = [row[at] for row in stored.rows]
-        columns[name] = values if kind == "text" else np.array(values, dtypes[kind])
+        columns[name] = Texts.of(values) if kind == "text" else np.array(values, dtypes[kind])
     return Table(columns)
 
 
-def _no_rows(table: Table) -> Table:
-    return Table({name: column[:0] for name, column in table.columns.items()})
-
-
-def _is_numeric(column: Column) -> bool:
-    return isinstance(column, np.ndarray) and column.dtype.kind in "fiub"
+def _as_texts(column: Column) -> Texts:
+    """Texts as they are; numbers, where another label has texts under the same name, in words."""
+    return column if isinstance(column, Texts) else Texts.of([f"{value:g}" for value in column.tolist()])

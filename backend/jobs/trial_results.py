@@ -18,6 +18,7 @@ from algorithms.errors import AlgorithmError
 from algorithms.registry import studies_by_name
 from algorithms.result import Column, Metric, Note, Table
 from algorithms.studies import StudyRun
+from algorithms.texts import Texts
 from algorithms.toolbox.monte_carlo.running import Running
 from algorithms.toolbox.monte_carlo.sums import Sums
 from backend.db.outcomes import StoredTable
@@ -238,10 +239,12 @@ def _curves(
         if count == 0:
             continue
         columns: dict[str, Column] = {
-            name: np.full(count, np.nan if value is None else value) if kind == "number" else [value] * count
+            name: np.full(count, np.nan if value is None else value)
+            if kind == "number"
+            else Texts.repeated(value, count)
             for (name, kind), value in zip(swept, _cells_of_table(_swept(plan, cell, variant), swept), strict=True)
         }
-        columns["target"] = [axes.layout.targets[i] or None for i in axes.target]
+        columns["target"] = Texts.coded(axes.target, axes.layout.targets)
         columns["time_s"] = axes.time_s
         columns |= running.curves(k, quantiles=quantiles)
         bound = bounds.get((cell, k))
@@ -258,7 +261,7 @@ def _stacked(parts: list[dict[str, Column]]) -> Table:
         if all(isinstance(c, np.ndarray) for c in columns):
             out[name] = np.concatenate([np.asarray(c) for c in columns])
         else:
-            out[name] = [value for column in columns for value in column]
+            out[name] = Texts.joined(c for c in columns if isinstance(c, Texts))
     return Table(out)
 
 

@@ -6,6 +6,8 @@ freedom, by the Cholesky factor written out; a covariance that is not positive d
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,7 +30,7 @@ def score_positions(
     state: Floats,
     covariance: Floats,
     nis: Floats,
-    dof: Ints,
+    dof: NDArray[np.integer[Any]],
 ) -> Scores:
     """Score the estimates of a nine-component state.
 
