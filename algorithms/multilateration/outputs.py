@@ -20,7 +20,7 @@ OUTPUTS = (
     ),
     Output(
         "covariance",
-        ("mark", "element", "trial"),
+        ("mark", "triangle", "trial"),
         "products of the state's units",
         "lower triangle of the state's covariance row by row (45 elements), or of the position's alone (6): of "
         "one-mark solutions, and of filters over more than 100,000 marks",

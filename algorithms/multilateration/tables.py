@@ -171,10 +171,11 @@ def _tracks(recording: ToaMarks, result: Result) -> Table:
 def _marks_of_tracks(number: NDArray[np.int32]) -> Iterator[tuple[int, NDArray[np.int64]]]:
     """Each track's number with the positions of its marks."""
     order = np.argsort(number, kind="stable")
-    tracks, first = np.unique(number[order], return_index=True)
-    for track, where in zip(tracks.tolist(), np.split(order, first[1:]), strict=True):
+    tracks, count = np.unique(number, return_counts=True)
+    ends = np.cumsum(count)
+    for track, begin, end in zip(tracks.tolist(), ends - count, ends, strict=True):
         if track > 0:
-            yield track, where
+            yield track, order[begin:end]
 
 
 def _inconsistent_marks(nis: NDArray[np.float64], dof: NDArray[np.int64]) -> int:

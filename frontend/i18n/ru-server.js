@@ -7,6 +7,7 @@ import asterix from "./ru-asterix.js";
 import joining from "./ru-joining.js";
 import * as identification from "./ru-identification.js";
 import * as forwardScatter from "./ru-forward-scatter.js";
+import * as long from "./ru-long.js";
 import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
 import tracks from "./ru-tracks.js";
@@ -38,6 +39,7 @@ export const codes = {
   "axis.mark": "отметка",
   "axis.trial": "реализация",
   "axis.component": "составляющая",
+  "axis.triangle": "элемент треугольника",
   "axis.station": "пункт",
   "axis.root": "решение",
   "axis.axis": "ось",
@@ -261,8 +263,8 @@ export const words = {
   ...scenarios.words,
   ...forwardScatter.words,
   ...studies.words,
+  ...long.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
-  "squares of the state's units": "квадраты единиц состояния",
   "m": "м",
   "km": "км",
   "s": "с",
@@ -436,7 +438,7 @@ export const words = {
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
 export const sentences = {
-  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...identification.sentences,
+  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...identification.sentences,
   ...forwardScatter.sentences,
 };
 

@@ -19,6 +19,7 @@ from algorithms.references import REFERENCES
 from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.result import Output, Result
 from algorithms.spec import Algorithm, LocalContext
+from algorithms.toolbox.kernels.symmetric import unpack
 
 ALGORITHMS = list(algorithms_by_name().values())
 SCENARIOS = list(scenarios_by_name().values())
@@ -85,6 +86,10 @@ def test_outputs_are_as_declared(algorithm: Algorithm) -> None:
                 assert not np.isinf(array).any(), output.name
             if output.axes.count("component") == 2:
                 assert_covariances(matrices(output, array), output.name)
+            if "triangle" in output.axes:
+                axis = output.axes.index("triangle")
+                axes = (*output.axes[:axis], "component", "component", *output.axes[axis + 1 :])
+                assert_covariances(matrices(replace(output, axes=axes), unpack(array, axis)), output.name)
             if output.unit == "probability":
                 assert_probabilities(output, array)
 

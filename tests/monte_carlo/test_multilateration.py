@@ -27,7 +27,7 @@ START = Start(mode="truth", sd=(500, 50, 1))
 def errors(recording, parameters, altitude):
     arrays = run_filter(recording, parameters, LocalContext(5), altitude=altitude).arrays
     e = np.hypot(*(arrays["state"][:, i] - recording.truth_m[:, j, None] for i, j in ((0, 0), (3, 1))))
-    claimed = np.sqrt(arrays["covariance"][:, 0, 0] + arrays["covariance"][:, 3, 3])
+    claimed = np.sqrt(arrays["covariance"][:, 0] + arrays["covariance"][:, 9])
     return e, claimed, arrays
 
 

@@ -65,7 +65,7 @@ def test_no_reception_and_no_altitude_coasts() -> None:
     recording = changed(straight(), 30, NONE, np.nan)
     result = filtered(recording)
     assert words(result)[30] == "coast"
-    p = result.arrays["covariance"][:, 0, 0, 0]
+    p = result.arrays["covariance"][:, 0, 0]
     assert p[30] > p[29], "the claimed error grows while coasting"
     assert result.arrays["dof"][30, 0] == 0
     assert np.isnan(result.arrays["nis"][30, 0])
@@ -149,7 +149,7 @@ def test_equal_times_update_without_prediction_noise() -> None:
     time = recording.time_s.copy()
     time[31] = time[30]
     result = filtered(replace(recording, time_s=time), profile="article")
-    p = result.arrays["covariance"][:, 0, 0, 0]
+    p = result.arrays["covariance"][:, 0, 0]
     assert words(result)[31] == "updated"
     assert p[31] < p[30]
 

@@ -12,6 +12,7 @@ from algorithms.multilateration.scenario import CircuitParameters, simulate
 from algorithms.recording import ToaMarks
 from algorithms.result import Result
 from algorithms.spec import LocalContext
+from algorithms.toolbox.kernels.symmetric import unpack
 
 
 def pairs(marks: int = 40, trials: int = 1, first: int = 300) -> ToaMarks:
@@ -43,7 +44,7 @@ def test_alternating_pairs_start_a_track_within_its_claim(module) -> None:
     assert lanes.STATUS[result.arrays["status"][k, 0]] == "initialised"
     assert set(found[k + 1 :]) == {""}
     error = result.arrays["state"][k, [0, 3], 0] - recording.truth_m[k, :2]
-    covariance = result.arrays["covariance"][k, :, :, 0]
+    covariance = unpack(result.arrays["covariance"][k, :, 0])
     assert error @ np.linalg.solve(covariance[np.ix_([0, 3], [0, 3])], error) < 14  # 0.999
     assert np.linalg.eigvalsh(covariance)[0] > 0
     speed = result.arrays["state"][k, [1, 4], 0] - recording.truth_velocity_mps[k, :2]
@@ -57,7 +58,7 @@ def test_the_altitude_and_its_climb_come_from_the_decoded_altitudes() -> None:
     result = filtered(replace(recording, altitude_m=recording.altitude_m + 500.0), rdfv)
     k = codes(result).index("several_marks")
     z = result.arrays["state"][k, 6, 0]
-    sd = np.sqrt(result.arrays["covariance"][k, 6, 6, 0])
+    sd = np.sqrt(result.arrays["covariance"][k, 27, 0])
     assert abs(z - recording.truth_m[k, 2] - 500.0) < 3 * sd
     assert 25 < sd < 31, "the error of an altitude is common to all marks: never better than one"
 
