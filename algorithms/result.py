@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from algorithms.texts import Texts
 
 Column = NDArray[Any] | Texts
+# What a table may be made of.
+GivenColumn = NDArray[Any] | Sequence[str | None]
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class Table:
 
     columns: Mapping[str, Column]
 
-    def __init__(self, columns: Mapping[str, NDArray[Any] | Sequence[str | None]]) -> None:
+    def __init__(self, columns: Mapping[str, GivenColumn]) -> None:
         kept = columns if isinstance(columns, StoredColumns) else {n: _column(c) for n, c in columns.items()}
         object.__setattr__(self, "columns", kept)
 
@@ -150,7 +152,7 @@ class StoredColumns(Mapping[str, Column]):
         return len(self._forms)
 
 
-def _column(column: NDArray[Any] | Sequence[str | None]) -> Column:
+def _column(column: GivenColumn) -> Column:
     if isinstance(column, Texts):
         return column
     if isinstance(column, np.ndarray) and column.dtype.kind in "fiub":

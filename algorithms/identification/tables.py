@@ -20,7 +20,7 @@ from algorithms.identification.outputs import (
 )
 from algorithms.identification.registration import KINDS, UNITS
 from algorithms.recording import PolarPlots
-from algorithms.result import Column, Result, Table
+from algorithms.result import GivenColumn, Result, Table
 from algorithms.toolbox.association.gate import gate_threshold
 
 Floats = NDArray[np.float64]
@@ -142,7 +142,7 @@ def _decisions(recording: PolarPlots, result: Result) -> Table:
     codes = decision[mark, trial]
     alone = a["alone_probability"][mark, trial]
     own = a["probability"][mark, trial]
-    columns: dict[str, Column] = {
+    columns: dict[str, GivenColumn] = {
         "track": np.full(mark.size, np.nan),
         "row": a["row"][mark],
         "time_s": recording.time_s[mark],
