@@ -12,6 +12,7 @@ import numpy as np
 
 from algorithms.recording import Floats, Ints
 from backend.files.formula_guard import unguarded
+from backend.files.regular_blocks import ArrowCells
 from backend.files.rows import Cells
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -51,6 +52,8 @@ def read_numbers(cells: Cells, style: NumberStyle) -> Numbers:
         problem = Problem("not_finite", "holds a number that is not finite")
         values = np.where(np.isinf(cells), math.nan, cells) if infinite.size else cells
         return Numbers(values, dict.fromkeys(infinite.tolist(), problem))
+    if isinstance(cells, ArrowCells) and (quick := _read_plain(cells, style)) is not None:
+        return quick
     joined = "\n".join(cells)
     commas = "," in joined
     style.has_points = style.has_points or "." in joined
@@ -69,6 +72,18 @@ def read_numbers(cells: Cells, style: NumberStyle) -> Numbers:
                     style.decimal_commas += sum("," in c for c in cells)
                 return Numbers(values)
     return _read_each(cells, style)
+
+
+def _read_plain(cells: ArrowCells, style: NumberStyle) -> Numbers | None:
+    """Numbers with decimal points alone, which is what most files hold; None where something else is among them."""
+    text = cells.text()
+    if not text.isascii() or any(character in text for character in (b",", b"_", b"n", b"N")):
+        return None
+    values = cells.numbers()
+    if values is None or np.isinf(values).any():
+        return None
+    style.has_points = style.has_points or b"." in text
+    return Numbers(values)
 
 
 def _read_each(cells: Sequence[str], style: NumberStyle) -> Numbers:
@@ -143,8 +158,12 @@ class Names:
 
     def read(self, cells: Sequence[str], *, empty: int | None = None) -> Ints:
         """Codes of a column; an empty cell gets the code `empty`, or is a name by itself where that is None."""
-        known: dict[str, int] = {}
-        for cell in dict.fromkeys(cells):
-            name = unguarded(cell.strip())
-            known[cell] = empty if not name and empty is not None else self.codes.setdefault(name, len(self.codes))
+        if isinstance(cells, ArrowCells):
+            codes, distinct = cells.coded()
+            return np.array([self._code(cell, empty) for cell in distinct], np.int64)[codes]
+        known = {cell: self._code(cell, empty) for cell in dict.fromkeys(cells)}
         return np.fromiter((known[c] for c in cells), np.int64, len(cells))
+
+    def _code(self, cell: str, empty: int | None) -> int:
+        name = unguarded(cell.strip())
+        return empty if not name and empty is not None else self.codes.setdefault(name, len(self.codes))

@@ -14,7 +14,7 @@ from algorithms.recording import Floats, Ints
 from backend.files.cells import Names, Numbers, NumberStyle, Problem, is_instant, read_instants, read_numbers
 from backend.files.options import ColumnSource
 from backend.files.report import Findings
-from backend.files.rows import Chunk
+from backend.files.rows import Chunk, taken
 from backend.files.selection import NameColumn, Quantity, Selection
 from backend.files.times import resolve_times, utc_seconds
 from backend.files.units import UNITS, native_unit
@@ -152,8 +152,8 @@ class ColumnCollector:
         for name, column in values.items():
             self._numbers[name].append(column[keep])
         for n in self._names:
-            cells = chunk.texts(self._selection.source(n.name).column)
-            good = [c for c, ok in zip(cells, keep.tolist(), strict=True) if ok]
+            good = taken(chunk.texts(self._selection.source(n.name).column), keep)
+            assert not isinstance(good, np.ndarray)
             self._codes[n.name].append(self._books[n.name].read(good, empty=None if n.unnamed else -1))
         return keep
 

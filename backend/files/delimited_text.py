@@ -11,6 +11,7 @@ from algorithms.errors import InputError, UnsupportedFormatError
 from backend.files.cells import Problem
 from backend.files.content import Content
 from backend.files.records import MAX_LINE, join_record, read_batches
+from backend.files.regular_blocks import RegularBlock
 from backend.files.report import Findings, some
 from backend.files.rows import ROWS_AT_ONCE, Chunk, too_many_rows
 
@@ -36,7 +37,15 @@ class DelimitedText:
         """
         row = 0
         width = len(self.names)
-        for records in read_batches(self.content, self.delimiter, self.first_data_line, ROWS_AT_ONCE):
+        for records in read_batches(self.content, self.delimiter, self.first_data_line, width, ROWS_AT_ONCE):
+            if isinstance(records, RegularBlock):
+                first, row = row, row + len(records)
+                if row > max_rows:
+                    raise too_many_rows(self.content.name, max_rows)
+                numbers = np.arange(first, row)
+                cells_of = {n: c for n, c in zip(self.names, records.columns, strict=True) if n}
+                yield Chunk(numbers + 1, numbers - first + records.line, cells_of)
+                continue
             kept: list[list[str]] = []
             rows: list[int] = []
             lines: list[int] = []

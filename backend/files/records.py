@@ -14,11 +14,13 @@ from typing import IO
 
 from backend.files.cells import Problem
 from backend.files.content import Content
+from backend.files.regular_blocks import WORTHWHILE_BYTES, RegularBlock, longest_line, read_blocks
 
 # The limit of the csv module for one cell; a mark received by two thousand stations is shorter.
 MAX_LINE = 131_072
 # A quoted cell may hold a few line ends; more means that a quotation mark was never closed.
 _MAX_LINES = 20
+ONE_BYTE_LINE_ENDS = ("utf-8-sig", "cp1251")
 
 Record = tuple[int, list[str] | Problem]
 """Physical line of the first character (from 1), and the cells or why there are none."""
@@ -28,9 +30,22 @@ _TOO_LONG = Problem("line_too_long", f"the line is longer than {MAX_LINE} charac
 _OPEN_QUOTE = Problem("unclosed_quote", "a quotation mark is opened and not closed; only this line was left out")
 
 
-def read_batches(content: Content, delimiter: str, first_line: int, size: int) -> Iterator[list[Record]]:
-    """Yield records from physical line `first_line` on, `size` at a time; blank lines are left out."""
+def read_batches(
+    content: Content, delimiter: str, first_line: int, width: int, size: int
+) -> Iterator[list[Record] | RegularBlock]:
+    """Yield records from physical line `first_line` on; blank lines are left out.
+
+    They come `size` at a time, or, of long text without quotation marks, in blocks of which every line has `width`
+    cells.
+    """
     careful = _needs_care(content, delimiter)
+    if not careful and _may_be_regular(content):
+        with content.open_bytes() as raw:
+            for _ in range(first_line - 1):
+                raw.readline()
+            for piece in read_blocks(raw, delimiter, width, first_line):
+                yield piece if isinstance(piece, RegularBlock) else list(piece.records(delimiter))
+        return
     with content.open_text() as stream:
         for _ in range(first_line - 1):
             stream.readline()
@@ -51,13 +66,28 @@ def _needs_care(content: Content, delimiter: str) -> bool:
         return True
     with content.open_text() as stream:
         if not content.has_quotes:
-            return any(len(line) > MAX_LINE for line in stream)
+            return not _has_short_lines(content) and any(len(line) > MAX_LINE for line in stream)
         reader = csv.reader(stream, delimiter=delimiter)
         try:
             count = sum(1 for _ in reader)
         except csv.Error:
             return True
         return count != reader.line_num
+
+
+def _has_short_lines(content: Content) -> bool:
+    """Whether no line has more bytes than a line may have characters."""
+    if content.encoding not in ONE_BYTE_LINE_ENDS:
+        return False
+    with content.open_bytes() as raw:
+        return longest_line(raw) <= MAX_LINE
+
+
+def _may_be_regular(content: Content) -> bool:
+    if content.has_quotes or content.encoding != "utf-8-sig":
+        return False
+    with content.open_bytes() as raw:
+        return len(raw.read(WORTHWHILE_BYTES)) == WORTHWHILE_BYTES
 
 
 def _careful_records(stream: IO[str], delimiter: str, first_line: int) -> Iterator[Record]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from algorithms.errors import InputError
 from algorithms.recording import Floats, Ints
+from backend.files.regular_blocks import ArrowCells
 from backend.files.report import Findings, some
 
 Cells = Sequence[str] | Floats
@@ -100,6 +101,8 @@ def taken(cells: Cells, keep: NDArray[np.bool_]) -> Cells:
     """Return only these cells."""
     if isinstance(cells, np.ndarray):
         return cells[keep]
+    if isinstance(cells, ArrowCells):
+        return cells.where(keep)
     return [c for c, ok in zip(cells, keep.tolist(), strict=True) if ok]
 
 

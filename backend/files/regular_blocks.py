@@ -1,0 +1,154 @@
+"""Regular text in big blocks: split and converted by Arrow, several times faster than line by line.
+
+A block is regular where each of its lines is a record with a cell for every name. Arrow's numbers are those of Python's
+`float`, digit for digit; what it does not take, and every other block, goes the way of `records`, which names line and
+cell. So what is read, and what is rejected, does not depend on the way.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import IO, Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.recording import Floats, Ints
+
+# Shorter files are read line by line: Arrow takes longer to be loaded.
+WORTHWHILE_BYTES = 1 << 20
+BLOCK_BYTES = 8 << 20
+_LINES_LOOKED_AT_ONCE = 4096
+
+
+@dataclass(frozen=True)
+class ArrowCells(Sequence[str]):
+    """Cells of a column as Arrow keeps them; a sequence of str."""
+
+    array: Any
+
+    def __len__(self) -> int:
+        """Return the number of cells."""
+        return len(self.array)
+
+    @overload
+    def __getitem__(self, at: int) -> str: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> ArrowCells: ...
+
+    def __getitem__(self, at: int | slice) -> str | ArrowCells:
+        """Return a cell, or some."""
+        if isinstance(at, slice):
+            return ArrowCells(self.array[at])
+        return str(self.array[at].as_py())
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the cells."""
+        for first in range(0, len(self.array), _LINES_LOOKED_AT_ONCE):
+            yield from self.array.slice(first, _LINES_LOOKED_AT_ONCE).to_pylist()
+
+    def where(self, keep: NDArray[np.bool_]) -> ArrowCells:
+        """Return only these cells."""
+        return self if keep.all() else ArrowCells(self.array.filter(keep))
+
+    def text(self) -> bytes:
+        """All cells without anything between them."""
+        offsets = np.frombuffer(self.array.buffers()[1], np.int32)
+        first, last = offsets[self.array.offset], offsets[self.array.offset + len(self.array)]
+        values = self.array.buffers()[2]
+        return b"" if values is None else values.slice(int(first), int(last - first)).to_pybytes()
+
+    def numbers(self) -> Floats | None:
+        """Cells as numbers, NaN for empty ones; None where some cell is no plain decimal number."""
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        try:
+            values = pc.if_else(pc.equal(self.array, ""), None, self.array).cast(pa.float64())
+        except pa.ArrowInvalid:
+            return None
+        return np.array(values.to_numpy(zero_copy_only=False), np.float64)
+
+    def coded(self) -> tuple[Ints, list[str]]:
+        """Codes of the cells into the distinct ones, these in the order in which they are met."""
+        found = self.array.dictionary_encode()
+        return found.indices.to_numpy().astype(np.int64), found.dictionary.to_pylist()
+
+
+@dataclass(frozen=True)
+class RegularBlock:
+    """Consecutive lines of cells: the number of the first line, and the columns."""
+
+    line: int
+    columns: list[ArrowCells]
+
+    def __len__(self) -> int:
+        """Return the number of lines."""
+        return len(self.columns[0])
+
+
+@dataclass(frozen=True)
+class OtherBlock:
+    """Consecutive lines that have to be looked at one by one."""
+
+    line: int
+    text: str
+
+    def records(self, delimiter: str) -> list[tuple[int, list[str]]]:
+        """Line numbers and cells; blank lines are left out."""
+        reader = csv.reader(io.StringIO(self.text, newline=""), delimiter=delimiter)
+        return [(self.line + i, cells) for i, cells in enumerate(reader) if cells]
+
+
+def read_blocks(stream: IO[bytes], delimiter: str, width: int, line: int) -> Iterator[RegularBlock | OtherBlock]:
+    """Cut UTF-8 text without quotation marks into blocks; `line` is the number of the stream's first line."""
+    rest = b""
+    while block := stream.read(BLOCK_BYTES):
+        whole, newline, begun = (rest + block).rpartition(b"\n")
+        rest = begun
+        if newline:
+            yield _block(whole + newline, delimiter, width, line)
+            line += whole.count(b"\n") + 1
+    if rest:
+        yield _block(rest, delimiter, width, line)
+
+
+def longest_line(stream: IO[bytes]) -> int:
+    """Bytes of the longest line."""
+    longest = open_line = 0
+    while block := stream.read(BLOCK_BYTES):
+        ends = np.flatnonzero(np.frombuffer(block, np.uint8) == ord("\n"))
+        if not ends.size:
+            open_line += len(block)
+            continue
+        longest = max(longest, open_line + int(ends[0]), int(np.diff(ends).max(initial=0)))
+        open_line = len(block) - int(ends[-1]) - 1
+    return max(longest, open_line)
+
+
+def _block(text: bytes, delimiter: str, width: int, line: int) -> RegularBlock | OtherBlock:
+    import pyarrow as pa
+    from pyarrow import csv as arrow_csv
+
+    lines = text.count(b"\n") + (not text.endswith(b"\n"))
+    if text.count(b"\r") == text.count(b"\r\n"):
+        names = [str(i) for i in range(width)]
+        try:
+            table = arrow_csv.read_csv(
+                pa.BufferReader(text),
+                read_options=arrow_csv.ReadOptions(column_names=names, use_threads=False, block_size=len(text) + 1),
+                parse_options=arrow_csv.ParseOptions(delimiter=delimiter, quote_char=False),
+                convert_options=arrow_csv.ConvertOptions(
+                    column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False
+                ),
+            )
+        except pa.ArrowInvalid:
+            pass
+        else:
+            if table.num_rows == lines:
+                return RegularBlock(line, [ArrowCells(column.combine_chunks()) for column in table.columns])
+    return OtherBlock(line, text.decode("utf-8"))

@@ -1,0 +1,102 @@
+"""Text read in blocks by Arrow gives what text read line by line gives: values, rejections, warnings."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pytest
+
+from algorithms.errors import InputError
+from backend.files import records, regular_blocks
+from backend.files.options import ReadLimits
+from backend.files.reading import NamedFile, read_recording
+from backend.files.regular_blocks import OtherBlock, RegularBlock, longest_line, read_blocks
+
+HEADER = "time_s,target,toa_1_ns,toa_2_ns,toa_3_ns,toa_4_ns,altitude_m\n"
+
+
+def rows(count: int) -> list[str]:
+    return [
+        f"{i * 0.1:.3f},борт {i % 3},{1000.125 + i},{2000 + i / 3},,{3e3 + i:.6e},{9000 + i % 7}\n"
+        for i in range(count)
+    ]
+
+
+def changed(place: int, line: str) -> str:
+    lines = rows(60)
+    lines[place] = line
+    return HEADER + "".join(lines)
+
+
+CASES = {
+    "regular": HEADER + "".join(rows(60)),
+    "no line end at the end": (HEADER + "".join(rows(60))).rstrip("\n"),
+    "two line ends of Windows": (HEADER + "".join(rows(60))).replace("\n", "\r\n"),
+    "a line end of old Macs": changed(30, "3,a,1,2,3,4,5\r3.05,a,1,2,3,4,6\n"),
+    "a blank line": changed(30, "\n"),
+    "a line of spaces": changed(30, "   \n"),
+    "too few cells": changed(30, "3,a,1,2\n"),
+    "too many cells": changed(30, "3,a,1,2,3,4,5,6,7\n"),
+    "more cells, all empty": changed(30, "3,a,1,2,3,4,5,,\n"),
+    "a word": changed(30, "3,a,one,2,3,4,5\n"),
+    "a word for nothing": changed(30, "3,a,NaN,2,null,4,5\n"),
+    "not finite": changed(30, "3,a,inf,2,1e999,4,5\n"),
+    "a plus and a bare point": changed(30, "3,a,+1,2.,.5,4,5\n"),
+    "spaces around": changed(30, " 3 , a ,1 , 2,3,4,5\n"),
+    "digits in groups": changed(30, "3,a,1_000,2,3,4,5\n"),
+    "digits of another script": changed(30, "3,a,\u0661,2,3,4,5\n"),
+    "hexadecimal": changed(30, "3,a,0x10,2,3,4,5\n"),
+    "no time": changed(30, ",a,1,2,3,4,5\n"),
+    "out of range": changed(30, "3,a,1,2,3,4,99999999999\n"),
+    "nothing measured": changed(30, "3,a,,,,,\n"),
+    "the same row twice": changed(30, rows(30)[29]),
+    "decimal commas": (HEADER + "".join(rows(60))).replace(",", ";").replace(".", ","),
+    "a formula": changed(30, "3,'=1+1,1,2,3,4,5\n"),
+}
+
+
+def read(text: str, path: Path) -> object:
+    path.write_text(text, encoding="utf-8", newline="")
+    try:
+        recording, report = read_recording([NamedFile("marks.csv", path)], limits=ReadLimits(max_rows=60))
+    except InputError as error:
+        return error.code, error.message
+    return {name: array.tobytes() for name, array in recording.to_arrays().items()}, report
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_both_ways_read_the_same(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    slowly = read(CASES[case], tmp_path / "marks.csv")
+    monkeypatch.setattr(records, "WORTHWHILE_BYTES", 1)
+    monkeypatch.setattr(regular_blocks, "BLOCK_BYTES", 500)
+    assert read(CASES[case], tmp_path / "marks.csv") == slowly
+
+
+def test_too_many_rows_are_refused_in_blocks_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(records, "WORTHWHILE_BYTES", 1)
+    assert read(HEADER + "".join(rows(61)), tmp_path / "marks.csv") == (
+        "too_many_rows",
+        "marks.csv has more than 60 rows.",
+    )
+
+
+def test_only_the_block_with_the_odd_line_is_read_line_by_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(regular_blocks, "BLOCK_BYTES", 30)
+    text = b"".join(b"%d,x\n" % i if i != 12 else b"12\n" for i in range(30))
+    blocks = list(read_blocks(io.BytesIO(text), ",", 2, 2))
+    assert {type(block) for block in blocks} == {RegularBlock, OtherBlock}
+    lines: list[tuple[int, list[str]]] = []
+    for block in blocks:
+        if isinstance(block, OtherBlock):
+            lines += block.records(",")
+        else:
+            lines += [(block.line + i, list(cells)) for i, cells in enumerate(zip(*block.columns, strict=True))]
+    assert lines == [(i + 2, [str(i), "x"] if i != 12 else ["12"]) for i in range(30)]
+
+
+def test_the_longest_line_is_found_across_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(regular_blocks, "BLOCK_BYTES", 7)
+    assert longest_line(io.BytesIO(b"ab\n" + b"c" * 20 + b"\nd\n")) in (20, 21)
+    assert longest_line(io.BytesIO(b"ab\n" + b"c" * 20)) == 20
+    assert longest_line(io.BytesIO(b"")) == 0
