@@ -59,6 +59,35 @@ class Metric:
     target: str = ""
 
 
+class LazyArrays(Mapping[str, NDArray[Any]]):
+    """Arrays of other mappings under new names, each asked for when it is needed, and not kept."""
+
+    def __init__(self) -> None:
+        self._places: dict[str, tuple[Mapping[str, NDArray[Any]], str]] = {}
+
+    def add(self, name: str, arrays: Mapping[str, NDArray[Any]], key: str) -> None:
+        """Let `name` stand for `arrays[key]`."""
+        self._places[name] = (arrays, key)
+
+    def add_all(self, arrays: Mapping[str, NDArray[Any]], prefix: str = "") -> None:
+        """Add everything of another mapping."""
+        for key in arrays:
+            self.add(prefix + key, arrays, key)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return an array; KeyError where there is none."""
+        arrays, key = self._places[name]
+        return arrays[key]
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names in order."""
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        """Return the number of arrays."""
+        return len(self._places)
+
+
 @dataclass(frozen=True)
 class Table:
     """Columns of equal length, in order: arrays of numbers (NaN = null) and texts (None = null).
@@ -96,8 +125,10 @@ class Table:
         cut = [_plain(c[start:stop]) for c in self.columns.values()]
         yield from zip(*cut, strict=True)
 
-    def to_arrays(self, prefix: str) -> dict[str, NDArray[Any]]:
-        """Arrays for an .npz file: texts as codes with their categories, no pickles."""
+    def to_arrays(self, prefix: str) -> Mapping[str, NDArray[Any]]:
+        """Arrays for an .npz file: texts as codes with their categories, no pickles; stored ones are not read yet."""
+        if isinstance(self.columns, StoredColumns):
+            return self.columns.under(prefix)
         out: dict[str, NDArray[Any]] = {}
         forms = []
         for name, column in self.columns.items():
@@ -131,6 +162,16 @@ class StoredColumns(Mapping[str, Column]):
         """Number of rows: that of the first column."""
         read = next(iter(self._read or self._forms), None)
         return 0 if read is None else len(self[read])
+
+    def under(self, prefix: str) -> LazyArrays:
+        """Return the stored arrays under another prefix."""
+        names = [f"{self._prefix}/columns"]
+        for name, form in self._forms.items():
+            names += [f"{self._prefix}/{name}"] + [f"{self._prefix}/{name}.categories"] * (form == "text")
+        moved = LazyArrays()
+        for name in names:
+            moved.add(prefix + name.removeprefix(self._prefix), self._arrays, name)
+        return moved
 
     def __getitem__(self, name: str) -> Column:
         """Return a column; KeyError where there is none."""

@@ -55,9 +55,9 @@ def read_batches(
                 yield batch
             return
         reader = csv.reader(stream, delimiter=delimiter)
-        while raw := list(islice(reader, size)):
-            yield [(first_line + i, cells) for i, cells in enumerate(raw) if cells]
-            first_line += len(raw)
+        while lines := list(islice(reader, size)):
+            yield [(first_line + i, cells) for i, cells in enumerate(lines) if cells]
+            first_line += len(lines)
 
 
 def _needs_care(content: Content, delimiter: str) -> bool:

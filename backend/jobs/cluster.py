@@ -69,7 +69,9 @@ class Cluster:
             self._client = _connected(settings)
         else:
             self._local = _local_cluster(settings)
-            self._client = Client(self._local, set_as_default=False)
+            # Results come straight from the workers: through the scheduler, which lives in this process too, they would
+            # be sent, encrypted and held twice.
+            self._client = Client(self._local, set_as_default=False, direct_to_workers=True)
         self._connection = self._client.scheduler_comm
         # Workers that somebody else runs: what speaks against each, "" where nothing does.
         self._examined: dict[str, str] = {}

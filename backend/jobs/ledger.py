@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from algorithms.errors import FilterRoomError
 from algorithms.recording import recording_from_arrays
+from algorithms.result import LazyArrays
 from backend.db import events, idempotency, outcomes, recordings, runs
 from backend.db.engine import Database
 from backend.db.ids import new_id, now
@@ -124,7 +126,10 @@ def finish(database: Database, store: Store, run: runs.Run, plan: Plan) -> None:
             # Charts and tables need what the algorithms worked on, and it stands nowhere else.
             named = [(name, recording_from_arrays(store.get_arrays(sha256))) for name, sha256 in sources]
             joined = join_recordings(named).recording
-            composed.arrays.update((f"recording/{name}", array) for name, array in joined.to_arrays().items())
+            arrays = LazyArrays()
+            arrays.add_all(composed.arrays)
+            arrays.add_all(joined.to_arrays(), "recording/")
+            composed = replace(composed, arrays=arrays)
     with store.guard():
         sha256 = store.put_arrays(composed.arrays)
         with database.write() as connection:

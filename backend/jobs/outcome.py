@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.result import Metric, Table
+from algorithms.result import LazyArrays, Metric, Table
 from backend.files.store import json_array, json_of
 
 
@@ -23,7 +23,7 @@ class Outcome:
     """
 
     kind: Literal["done", "failed", "cancelled"]
-    arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     tables: dict[str, Table] = field(default_factory=dict)
     metrics: tuple[Metric, ...] = ()
     settings: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -53,11 +53,14 @@ def block_arrays(outcome: Outcome) -> dict[str, NDArray[Any]]:
 
 
 def outcome_of(arrays: Mapping[str, NDArray[Any]]) -> Outcome:
-    """Return the finished block that `block_arrays` made arrays of."""
+    """Return the finished block that `block_arrays` made arrays of; what is big is read when it is asked for."""
     meta = json_of(arrays["meta"])
+    own = LazyArrays()
+    for name in meta["arrays"]:
+        own.add(name, arrays, f"array/{name}")
     return Outcome(
         "done",
-        arrays={name: arrays[f"array/{name}"] for name in meta["arrays"]},
+        arrays=own,
         tables={name: Table.from_arrays(arrays, f"table/{name}") for name in meta["tables"]},
         metrics=tuple(Metric(**m) for m in meta["metrics"]),
         settings=meta["settings"],

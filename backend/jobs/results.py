@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.result import Column, Table
+from algorithms.result import Column, LazyArrays, Table
 from algorithms.texts import Texts
 from backend.db import outcomes, runs
 from backend.db.engine import Database
@@ -32,7 +32,7 @@ BIG_ROWS = 20_000
 class Composed:
     """A finished run, ready to be stored."""
 
-    arrays: dict[str, NDArray[Any]]
+    arrays: Mapping[str, NDArray[Any]]
     tables: list[outcomes.StoredTable]
     summary: dict[str, Any]
     entries: list[dict[str, Any]]
@@ -41,17 +41,17 @@ class Composed:
 
 def compose(labels: Sequence[str], blocks: Sequence[Outcome]) -> Composed:
     """Put the blocks of a run together, in the order of its algorithms."""
-    arrays: dict[str, NDArray[Any]] = {}
+    arrays = LazyArrays()
     by_name: dict[str, dict[str, Table]] = {}
     for label, block in zip(labels, blocks, strict=True):
-        arrays |= {f"{label}/{name}": array for name, array in block.arrays.items()}
+        arrays.add_all(block.arrays, f"{label}/")
         for name, table in block.tables.items():
             by_name.setdefault(name, {})[label] = table
     small = [_metrics_table(labels, blocks)]
     for name, tables in by_name.items():
         if name in BIG_TABLES or sum(len(t) for t in tables.values()) > BIG_ROWS:
             for label, table in tables.items():
-                arrays |= table.to_arrays(f"tables/{name}/{label}")
+                arrays.add_all(table.to_arrays(f"tables/{name}/{label}"))
         else:
             small.append(_stored(name, joined(tables)))
     entries = [
@@ -115,11 +115,15 @@ def load_arrays(store: Store, run: runs.Run) -> Mapping[str, NDArray[Any]]:
     return store.get_arrays(run.result_sha256)
 
 
-def load_entry_arrays(store: Store, run: runs.Run, label: str) -> dict[str, NDArray[Any]]:
-    """Return the result arrays of one algorithm of a run, by the names of its outputs."""
+def load_entry_arrays(store: Store, run: runs.Run, label: str) -> Mapping[str, NDArray[Any]]:
+    """Return the result arrays of one algorithm of a run, by the names of its outputs; each is read when asked for."""
     arrays = load_arrays(store, run)
     prefix = f"{label}/"
-    return {key.removeprefix(prefix): arrays[key] for key in arrays if key.startswith(prefix)}
+    own = LazyArrays()
+    for key in arrays:
+        if key.startswith(prefix):
+            own.add(key.removeprefix(prefix), arrays, key)
+    return own
 
 
 def _big_tables(store: Store, run: runs.Run, name: str) -> dict[str, Table]:
