@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from backend.charts import theme
-from backend.charts.actual import actual_errors
+from backend.charts.actual import CURVES, MARK, actual_errors, zeros_left_out
 from backend.charts.bins import TimeBins, time_bins
 from backend.charts.columns import Floats
 from backend.charts.decimate import Picked, curve, thin
@@ -29,9 +29,6 @@ from backend.charts.figure import (
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "Horizontal error: claimed and actual"
-# Up to so many tracks each has its own curve; more are summed up in bins of time.
-CURVES = 8
-MARK = "%{x:.3f} s, row %{customdata}"
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -120,10 +117,7 @@ def _add_actual(
     picked: list[Picked],
     notes: list[ChartNote],
 ) -> None:
-    zero = int((actual == 0).sum())
-    if zero:
-        text = f"No place on a logarithmic axis: {counted(zero, 'error')} of exactly 0 m."
-        notes.append(ChartNote("zero_on_log_axis", text, entry.label))
+    notes += zeros_left_out(entry, actual)
     points = thin(np.flatnonzero(actual > 0), options.marks)
     picked.append(points)
     if points.of == 0:

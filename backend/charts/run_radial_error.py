@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from backend.charts import theme
-from backend.charts.actual import actual_errors
+from backend.charts.actual import CURVES, MARK, actual_errors, zeros_left_out
 from backend.charts.bins import TimeBins, time_bins
 from backend.charts.columns import Floats
 from backend.charts.decimate import Picked, curve, thin
@@ -30,9 +30,6 @@ from backend.charts.figure import (
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "Radial error"
-# Up to so many tracks each has its own curve; more are summed up in bins of time.
-CURVES = 8
-MARK = "%{x:.3f} s, row %{customdata}"
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -51,10 +48,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         known = error[np.isfinite(error)]
         if not known.size:
             continue
-        zero = int((known == 0).sum())
-        if zero:
-            text = f"No place on a logarithmic axis: {counted(zero, 'error')} of exactly 0 m."
-            notes.append(ChartNote("zero_on_log_axis", text, entry.label))
+        notes += zeros_left_out(entry, error)
         if in_bins:
             traces += _bins(entry, states, error, bins, options)
         else:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from algorithms.result import Column
 from backend.charts import theme
 from backend.charts.decimate import Picked, curve
-from backend.charts.figure import Trace, trace
+from backend.charts.figure import ChartNote, Trace, counted, thousands, trace
 from backend.charts.view import ChartOptions, Entry, RunView
 
 Floats = NDArray[np.float64]
@@ -126,14 +126,20 @@ def line(
 
 
 def band(series: Series, low: Floats, high: Floats, points: int = 400) -> list[Trace]:
-    """95 % interval of a curve as a filled outline; of a long one every k-th instant."""
+    """95 % interval of a curve on a logarithmic axis as filled outlines; of a long one every k-th instant.
+
+    Where the interval reaches down to 0 there is no band: drawn to the edge of the axis it would hide how wide it is.
+    """
     step = max(1, low.size // points)
     rows = np.flatnonzero(np.isfinite(low) & np.isfinite(high))[::step]
-    if not rows.size:
+    runs = np.split(rows, np.flatnonzero((np.diff(rows) > step) | (np.diff(low[rows] > 0))) + 1)
+    runs = [run for run in runs if run.size and low[run[0]] > 0]
+    if not runs:
         return []
     fill = theme.faint(theme.series_color(series.entry.index), theme.INTERVAL_OPACITY)
-    x = np.concatenate([series.time_s[rows], series.time_s[rows][::-1]])
-    y = np.concatenate([high[rows], low[rows][::-1]])
+    gap = [np.nan]
+    x = np.concatenate([part for r in runs for part in (series.time_s[r], series.time_s[r][::-1], gap)])
+    y = np.concatenate([part for r in runs for part in (high[r], low[r][::-1], gap)])
     return [
         trace(
             "interval",
@@ -149,6 +155,23 @@ def band(series: Series, low: Floats, high: Floats, points: int = 400) -> list[T
             hoverinfo="skip",
         )
     ]
+
+
+def bands_left_out(entry: Entry, found: Sequence[Series], low: str, high: str) -> list[ChartNote]:
+    """Say at how many instants of an entry's curves `band` leaves the interval out."""
+    out = of = 0
+    for series in found:
+        if series.entry is entry:
+            known = np.isfinite(series.numbers(low)) & np.isfinite(series.numbers(high))
+            out += int((known & ~(series.numbers(low) > 0)).sum())
+            of += int(known.sum())
+    if not out:
+        return []
+    text = (
+        f"No band at {counted(out, 'instant')} of {thousands(of)}: there the interval reaches down to 0, which a "
+        "logarithmic axis cannot show. More trials make it narrower."
+    )
+    return [ChartNote("interval_to_zero", text, entry.label)]
 
 
 def leg_shapes(legs: Sequence[tuple[str, float, float]]) -> dict[str, Any]:

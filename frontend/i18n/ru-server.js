@@ -476,6 +476,7 @@ export const patterns = [
   [/^Shares in bins of (.+?) s\.$/, "Доли по отрезкам в $1 с."],
   [/^Lines and large symbols: root mean squares of (.+?) s; small points: single marks\.$/, "Линии и крупные знаки: СКО за $1 с; мелкие точки: отдельные отметки."],
   [/^No place on a logarithmic axis: (.+?) errors? of exactly 0 m\.$/, "Ошибок ровно 0 м, которым нет места на логарифмической оси: $1."],
+  [/^No band at (.+?) instants? of (.+?): there the interval reaches down to 0, which a logarithmic axis cannot show\. More trials make it narrower\.$/, "Моментов без полосы: $1 из $2: интервал там доходит до 0, чего логарифмическая ось не покажет. С числом реализаций он сужается."],
   [/^No place on a logarithmic axis: (.+?) marks? with NIS of exactly 0\.$/, "Отметок с NIS ровно 0, которым нет места на логарифмической оси: $1."],
   [/^Drawn as ground ranges for want of elevation and altitude: (.+?) slant ranges?\.$/, "Наклонных дальностей, показанных как горизонтальные за неимением угла места и высоты: $1."],
 ];

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from algorithms.result import Table
 from backend.charts import theme, trials_error, trials_gain, trials_sweep
 from backend.charts.view import ChartOptions, Entry, RunView
 from tests import chart_views
@@ -66,3 +67,35 @@ def test_entries_keep_their_place_when_others_are_missing(chart: Any) -> None:
     moved = tuple(Entry(e.label, e.index + 3, e.algorithm, e.table, e.arrays) for e in entries)
     drawn = chart.draw(RunView(RECORDING, moved), ChartOptions())
     assert {t["meta"]["index"] for t in drawn["data"] if t["meta"]["index"] is not None} <= {3, 4}
+
+
+def curves(low: list[float]) -> RunView:
+    """One label whose interval ends at these lower values."""
+    count = len(low)
+    table = Table(
+        {
+            "time_s": np.arange(float(count)),
+            "target": [None] * count,
+            "rms_horizontal_m": np.full(count, 100.0),
+            "rms_horizontal_m_low": np.array(low),
+            "rms_horizontal_m_high": np.full(count, 200.0),
+            "trials": np.full(count, 2),
+        }
+    )
+    entry = Entry("rdf", 0, "rdf", lambda name: table if name == "curves" else Table({}), dict)
+    return RunView(view().recording, (entry,))
+
+
+def test_an_interval_that_reaches_down_to_zero_has_no_band_on_a_logarithmic_axis_and_is_counted() -> None:
+    drawn = trials_error.draw(curves([50, 60, 0, 0, 70, 80, np.nan, 90]), ChartOptions())
+    (band,) = [t for t in drawn["data"] if t["meta"]["role"] == "interval"]
+    held = np.isfinite(band["y"])
+    assert (band["y"][held] > 0).all()
+    assert sorted(set(band["x"][held])) == [0.0, 1.0, 4.0, 5.0, 7.0]
+    # Three outlines: before the zeros, after them, after the gap.
+    assert (~held).sum() == 3
+    (note,) = [n for n in drawn["layout"]["meta"]["notes"] if n["code"] == "interval_to_zero"]
+    assert note["text"].startswith("No band at 2 instants of 7:")
+    assert note["label"] == "rdf"
+    whole = trials_error.draw(curves([50, 60]), ChartOptions())
+    assert "interval_to_zero" not in [n["code"] for n in whole["layout"]["meta"]["notes"]]
