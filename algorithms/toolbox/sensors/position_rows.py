@@ -1,0 +1,280 @@
+"""Measurements that fix a position, as three uncorrelated scalar rows: bicone, polar and Cartesian coordinates.
+
+A sensor at d with axes A (rows in east, north, up) measures three functions of X = A (x - d):
+
+* `cartesian`  X itself;
+* `bicone`     r = |X|, eps = asin(X2 / r), alpha = asin(X3 / r), for X1 > 0;
+* `polar`      r = |X|, azimuth clockwise from the second axis, elevation asin(X3 / r);
+* `plan`       ground range, azimuth, and X3: a height that is assumed or decoded.
+
+Their errors are independent, so the gradients are rows with the variances s_i^2. With J the derivative of X by the
+coordinates, the converted mark's covariance is R = J diag(s^2) J': the same three gradients J^-1 with the same variances
+decorrelate a *converted* mark too, whose innovations are J^-1 (Y - x). The ways to filter differ only in where the
+gradients are taken and in what the innovation is:
+
+* `converted`                gradients at the mark, innovation J^-1 (Y - x) (the paper);
+* `converted_at_prediction`  gradients at the prediction, the same innovation;
+* `ekf`                      gradients at the prediction, innovation z - h(x);
+* `ukf`                      statistical linearisation over six sigma points of the position (kappa = 0).
+
+References
+----------
+trudymai2023, eq. (10); barshalom2001, section 10.4.3; julier1997.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.toolbox.kernels import LANES, kernel
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SENSORS = ("cartesian", "bicone", "polar", "plan")
+CARTESIAN, BICONE, POLAR, PLAN = range(4)
+MEASUREMENTS = ("converted", "converted_at_prediction", "ekf", "ukf")
+"""Names of the ways to filter; a kernel takes the position in this tuple."""
+CONVERTED, AT_PREDICTION, EKF, UKF = range(4)
+
+# Nearer to the edge of its half-space a prediction is no point to linearise at; the mark itself then is.
+LEAST_COSINE = 0.02
+
+
+class PositionMark(NamedTuple):
+    """One mark in every lane."""
+
+    kind: int
+    axes: Floats
+    """(3, 3)"""
+    origin: Floats
+    """(3,) m"""
+    sd: Floats
+    """(3, LANES), of the three coordinates"""
+    z: Floats
+    """(3, LANES), the coordinates as measured"""
+    y: Floats
+    """(3, LANES) m, the converted mark"""
+
+
+class PositionRows(NamedTuple):
+    """What an update takes."""
+
+    r: Floats
+    """(23, LANES): gradients of the three rows, innovations, variances, 1 where the lane has them; see `update_9`"""
+    log_volume: Floats
+    """(LANES,), ln det R in m less the sum of ln variance: -2 ln |det h|; 0 for the innovations of `ekf` and `ukf`"""
+    at: Floats
+    """(3, LANES), where the gradients are taken"""
+
+
+def new_rows() -> PositionRows:
+    """Room for one mark."""
+    return PositionRows(
+        r=np.ones((23, LANES)),
+        log_volume=np.zeros(LANES),
+        at=np.zeros((3, LANES)),
+    )
+
+
+@kernel
+def coordinates(kind, axes, origin, x, y, z, out):
+    """Write the three coordinates of one point; NaN where it has none."""
+    dx, dy, dz = x - origin[0], y - origin[1], z - origin[2]
+    a = axes[0, 0] * dx + axes[0, 1] * dy + axes[0, 2] * dz
+    b = axes[1, 0] * dx + axes[1, 1] * dy + axes[1, 2] * dz
+    c = axes[2, 0] * dx + axes[2, 1] * dy + axes[2, 2] * dz
+    if kind == CARTESIAN:
+        out[0], out[1], out[2] = a, b, c
+        return
+    if kind == PLAN:
+        out[0] = np.sqrt(a * a + b * b)
+        out[1] = np.arctan2(a, b)
+        out[2] = c
+        return
+    r = np.sqrt(a * a + b * b + c * c)
+    out[0] = r
+    if kind == BICONE:
+        out[1] = np.arcsin(b / r)
+        out[2] = np.arcsin(c / r)
+    else:
+        out[1] = np.arctan2(a, b)
+        out[2] = np.arcsin(c / r)
+
+
+@kernel
+def gradients(kind, axes, origin, at, h):
+    """Write the gradients, nine rows of h, of the coordinates at (3, LANES) m."""
+    for lane in range(LANES):
+        dx, dy, dz = at[0, lane] - origin[0], at[1, lane] - origin[1], at[2, lane] - origin[2]
+        a = axes[0, 0] * dx + axes[0, 1] * dy + axes[0, 2] * dz
+        b = axes[1, 0] * dx + axes[1, 1] * dy + axes[1, 2] * dz
+        c = axes[2, 0] * dx + axes[2, 1] * dy + axes[2, 2] * dz
+        # In the sensor's axes first: g_ij = d coordinate i / d X_j.
+        g00, g01, g02 = 1.0, 0.0, 0.0
+        g10, g11, g12 = 0.0, 1.0, 0.0
+        g20, g21, g22 = 0.0, 0.0, 1.0
+        plan2 = max(a * a + b * b, 1e-12)
+        r2 = plan2 + c * c
+        r = np.sqrt(r2)
+        plan = np.sqrt(plan2)
+        if kind == BICONE:
+            g00, g01, g02 = a / r, b / r, c / r
+            s = r2 * np.sqrt(max(a * a + c * c, 1e-12))
+            g10, g11, g12 = -b * a / s, (a * a + c * c) / s, -b * c / s
+            s = r2 * plan
+            g20, g21, g22 = -c * a / s, -c * b / s, plan2 / s
+        elif kind == POLAR:
+            g00, g01, g02 = a / r, b / r, c / r
+            g10, g11, g12 = b / plan2, -a / plan2, 0.0
+            s = r2 * plan
+            g20, g21, g22 = -c * a / s, -c * b / s, plan2 / s
+        elif kind == PLAN:
+            g00, g01, g02 = a / plan, b / plan, 0.0
+            g10, g11, g12 = b / plan2, -a / plan2, 0.0
+        for j in range(3):
+            h[j, lane] = g00 * axes[0, j] + g01 * axes[1, j] + g02 * axes[2, j]
+            h[3 + j, lane] = g10 * axes[0, j] + g11 * axes[1, j] + g12 * axes[2, j]
+            h[6 + j, lane] = g20 * axes[0, j] + g21 * axes[1, j] + g22 * axes[2, j]
+
+
+@kernel
+def _wrap(angle):
+    """Bring an angle into -pi to pi."""
+    return angle - 2.0 * np.pi * np.floor(angle / (2.0 * np.pi) + 0.5)
+
+
+@kernel
+def linearised(mark, way, go, x, rows):
+    """Write the rows of a mark for the predicted hypothesis x (54, LANES); lanes with go = 0 get none."""
+    if way == CONVERTED:
+        for a in range(3):
+            for lane in range(LANES):
+                rows.at[a, lane] = mark.y[a, lane]
+    else:
+        for lane in range(LANES):
+            px, py, pz = x[0, lane], x[3, lane], x[6, lane]
+            if mark.kind == BICONE:
+                dx, dy, dz = px - mark.origin[0], py - mark.origin[1], pz - mark.origin[2]
+                before = mark.axes[0, 0] * dx + mark.axes[0, 1] * dy + mark.axes[0, 2] * dz
+                if before < LEAST_COSINE * np.sqrt(dx * dx + dy * dy + dz * dz):
+                    px, py, pz = mark.y[0, lane], mark.y[1, lane], mark.y[2, lane]
+            rows.at[0, lane] = px
+            rows.at[1, lane] = py
+            rows.at[2, lane] = pz
+    gradients(mark.kind, mark.axes, mark.origin, rows.at, rows.r)
+    for lane in range(LANES):
+        rows.log_volume[lane] = 0.0
+    for i in range(3):
+        for lane in range(LANES):
+            rows.r[15 + i, lane] = go[lane]
+            rows.r[12 + i, lane] = mark.sd[i, lane] * mark.sd[i, lane] if go[lane] > 0.0 else 1.0
+            dx, dy, dz = mark.y[0, lane] - x[0, lane], mark.y[1, lane] - x[3, lane], mark.y[2, lane] - x[6, lane]
+            nu = rows.r[3 * i + 0, lane] * dx + rows.r[3 * i + 1, lane] * dy + rows.r[3 * i + 2, lane] * dz
+            rows.r[9 + i, lane] = nu if go[lane] > 0.0 else 0.0
+    if way == CONVERTED or way == AT_PREDICTION or mark.kind == CARTESIAN:
+        for lane in range(LANES):
+            det = (
+                rows.r[0, lane] * (rows.r[4, lane] * rows.r[8, lane] - rows.r[5, lane] * rows.r[7, lane])
+                - rows.r[1, lane] * (rows.r[3, lane] * rows.r[8, lane] - rows.r[5, lane] * rows.r[6, lane])
+                + rows.r[2, lane] * (rows.r[3, lane] * rows.r[7, lane] - rows.r[4, lane] * rows.r[6, lane])
+            )
+            rows.log_volume[lane] = -np.log(max(det * det, 1e-300)) if go[lane] > 0.0 else 0.0
+        return
+    measured = np.empty(3)
+    for lane in range(LANES):
+        if go[lane] == 0.0:
+            continue
+        if way == UKF:
+            _statistical(mark, lane, x, rows)
+            continue
+        coordinates(
+            mark.kind, mark.axes, mark.origin, rows.at[0, lane], rows.at[1, lane], rows.at[2, lane], measured
+        )
+        for i in range(3):
+            nu = mark.z[i, lane] - measured[i]
+            # Where the prediction was no point to linearise at, the innovation is counted from the mark.
+            for a in range(3):
+                nu += rows.r[3 * i + a, lane] * (rows.at[a, lane] - x[3 * a, lane])
+            rows.r[9 + i, lane] = _wrap(nu) if i > 0 and (i == 1 or mark.kind != PLAN) else nu
+
+
+@kernel
+def _statistical(mark, lane, x, rows):
+    """Rows of one lane by statistical linearisation: h = P_zx P_xx^-1, noise P_zz - h P_xx h' + R, then decorrelated."""
+    low = np.zeros((3, 3))
+    for a in range(3):
+        for b in range(a + 1):
+            i = 9 + 3 * a * (3 * a + 1) // 2 + 3 * b
+            total = x[i, lane]
+            for k in range(b):
+                total -= low[a, k] * low[b, k]
+            if a == b:
+                low[a, a] = np.sqrt(max(total, 1e-12))
+            else:
+                low[a, b] = total / low[b, b]
+    root3 = np.sqrt(3.0)
+    z = np.empty((6, 3))
+    for k in range(6):
+        sign = 1.0 if k < 3 else -1.0
+        c = k % 3
+        coordinates(
+            mark.kind,
+            mark.axes,
+            mark.origin,
+            x[0, lane] + sign * root3 * low[0, c],
+            x[3, lane] + sign * root3 * low[1, c],
+            x[6, lane] + sign * root3 * low[2, c],
+            z[k],
+        )
+        for i in range(3):
+            # Angles are counted from the measured one, so that no mean crosses the seam.
+            away = z[k, i] - mark.z[i, lane]
+            z[k, i] = _wrap(away) if i > 0 and (i == 1 or mark.kind != PLAN) else away
+    mean = np.zeros(3)
+    for i in range(3):
+        for k in range(6):
+            mean[i] += z[k, i] / 6.0
+    # P_zx L^-T: column c is (z+ - z-) sqrt(3) / 6.
+    slope = np.empty((3, 3))
+    noise = np.zeros((3, 3))
+    for i in range(3):
+        for c in range(3):
+            slope[i, c] = (z[c, i] - z[c + 3, i]) * root3 / 6.0
+    for i in range(3):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(6):
+                total += (z[k, i] - mean[i]) * (z[k, j] - mean[j]) / 6.0
+            for c in range(3):
+                total -= slope[i, c] * slope[j, c]
+            if i == j:
+                total = max(total, 0.0) + mark.sd[i, lane] * mark.sd[i, lane]
+            noise[i, j] = total
+            noise[j, i] = total
+    # h = slope L^-1.
+    h = np.empty((3, 3))
+    for i in range(3):
+        h[i, 2] = slope[i, 2] / low[2, 2]
+        h[i, 1] = (slope[i, 1] - h[i, 2] * low[2, 1]) / low[1, 1]
+        h[i, 0] = (slope[i, 0] - h[i, 1] * low[1, 0] - h[i, 2] * low[2, 0]) / low[0, 0]
+    # Decorrelate with the factor of the noise: noise = G D G', rows G^-1 h, G^-1 nu, variances D.
+    for i in range(3):
+        nu = -mean[i]
+        for a in range(3):
+            rows.r[3 * i + a, lane] = h[i, a]
+        d = noise[i, i]
+        for k in range(i):
+            g = noise[i, k] / noise[k, k]
+            nu -= g * rows.r[9 + k, lane]
+            for a in range(3):
+                rows.r[3 * i + a, lane] -= g * rows.r[3 * k + a, lane]
+            d -= g * noise[i, k]
+            for m in range(i + 1, 3):
+                noise[m, i] -= g * noise[m, k]
+        noise[i, i] = max(d, 1e-300)
+        rows.r[9 + i, lane] = nu
+        rows.r[12 + i, lane] = noise[i, i]
