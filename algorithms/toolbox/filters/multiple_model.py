@@ -36,6 +36,7 @@ from algorithms.toolbox.kernels.hypothesis import predict_9, update_9
 from algorithms.toolbox.motion.models import (
     CA,
     CT,
+    GD,
     known_acceleration,
     noise_coefficients,
     transition_coefficients,
@@ -98,13 +99,16 @@ class Work(NamedTuple):
     """(N, N, LANES), ln P(dt)"""
     known_dt: Floats
     known_region: Ints
+    known_boost: Floats
     matrix: Floats
     joint: Floats
     weight: Floats
     """(N, LANES)"""
     total: Floats
     coefficients: Floats
-    """(16, LANES) of `predict_9`"""
+    """(N, 16, LANES) of `predict_9` for each model"""
+    stale: Ints
+    """(1,) 1 = the intervals or sigmas have changed since the coefficients were computed"""
     as_rate: Floats
     sigma: Floats
     merged: Floats
@@ -139,11 +143,13 @@ def new_work(models: int, structure: int) -> Work:
         transition=np.zeros((models, models, LANES)),
         known_dt=np.full(LANES, -1.0),
         known_region=np.full(LANES, -1),
+        known_boost=np.zeros(LANES),
         matrix=np.zeros((models, models)),
         joint=np.zeros((models, LANES)),
         weight=np.zeros((models, LANES)),
         total=np.zeros(LANES),
-        coefficients=np.zeros((16, LANES)),
+        coefficients=np.zeros((models, 16, LANES)),
+        stale=np.ones(1, np.int64),
         as_rate=np.zeros(LANES),
         sigma=np.zeros(LANES),
         merged=np.zeros((54, LANES)),
@@ -183,12 +189,12 @@ def settle_start(bank, track, work, fresh):
     """After `start_lane`: known accelerations, and the common state of the lanes with fresh = 1."""
     n = track.log.shape[0]
     for m in range(n):
-        known_acceleration(bank.kinds[m], track.s[m], work.coefficients)
+        known_acceleration(bank.kinds[m], track.s[m], work.coefficients[m])
         if bank.kinds[m] != CA and bank.kinds[m] != CT:
             for a in range(3):
                 for lane in range(LANES):
                     if fresh[lane] > 0.0:
-                        track.s[m, 3 * a + 2, lane] = work.coefficients[13 + a, lane]
+                        track.s[m, 3 * a + 2, lane] = work.coefficients[m, 13 + a, lane]
     merge_weights(track.log, -1, MOMENT, work.weight, work.total)
     merge_moments(track.s, work.weight, work.merged)
     _blend(work.merged, track.common, fresh)
@@ -197,31 +203,43 @@ def settle_start(bank, track, work, fresh):
 @kernel
 def _blend(source, target, go):
     """Copy the lanes with go = 1."""
-    s = source.reshape(source.size)
-    t = target.reshape(target.size)
-    for i in range(54):
-        for lane in range(LANES):
-            k = i * LANES + lane
-            t[k] = s[k] if go[lane] > 0.0 else t[k]
+    count = 0.0
+    for lane in range(LANES):
+        count += go[lane]
+    if count == LANES:
+        target[:] = source
+        return
+    for lane in range(LANES):
+        if go[lane] > 0.0:
+            for i in range(54):
+                target[i, lane] = source[i, lane]
 
 
 @kernel
 def _predict(bank, model, s, dt, work, boost):
-    """Predict one hypothesis with one model."""
-    for lane in range(LANES):
-        work.sigma[lane] = bank.sigma[model] * boost[lane]
-        work.as_rate[lane] = 1.0 if bank.as_rate == 1 or dt[lane] > bank.rate_above_s else 0.0
+    """Predict one hypothesis with one model; the coefficients of linear models live as long as the intervals do."""
     kind = bank.kinds[model]
-    known_acceleration(kind, s, work.coefficients)
-    transition_coefficients(kind, dt, s, work.coefficients)
-    noise_coefficients(kind, work.sigma, dt, work.as_rate, bank.chains.step_s, work.coefficients)
-    predict_9(s, work.coefficients)
+    c = work.coefficients[model]
+    if work.stale[0] == 1 or kind == CT or kind == GD:
+        for lane in range(LANES):
+            work.sigma[lane] = bank.sigma[model] * boost[lane]
+            work.as_rate[lane] = 1.0 if bank.as_rate == 1 or dt[lane] > bank.rate_above_s else 0.0
+        known_acceleration(kind, s, c)
+        transition_coefficients(kind, dt, s, c)
+        noise_coefficients(kind, work.sigma, dt, work.as_rate, bank.chains.step_s, c)
+    predict_9(s, c)
 
 
 @kernel
 def advance(bank, track, work, dt, region):
     """Move all hypotheses over dt (LANES,) s, in `work`; return the largest clip of a transition power (NaN = none)."""
     n = track.log.shape[0]
+    stale = 0
+    for lane in range(LANES):
+        if dt[lane] != work.known_dt[lane] or track.boost[lane] != work.known_boost[lane]:
+            stale = 1
+            work.known_boost[lane] = track.boost[lane]
+    work.stale[0] = stale
     clip = log_transitions(bank.chains, region, dt, work.known_dt, work.known_region, work.transition, work.matrix)
     for after in range(n):
         for before in range(n):
