@@ -8,9 +8,7 @@ REFERENCES: dict[str, str] = {
         "observation. Proceedings of the Russian Higher School Academy of Sciences, 2023, no. 4 (61), pp. "
         "77-90. DOI 10.17212/1727-2769-2023-4-77-90"
     ),
-    "trudymai2023": (
-        "Radar tracking based on a multiple model approach. Trudy MAI, 2023, no. 129 (in Russian)."
-    ),
+    "trudymai2023": ("Radar tracking based on a multiple model approach. Trudy MAI, 2023, no. 129 (in Russian)."),
     "blom1988": (
         "H. A. P. Blom, Y. Bar-Shalom. The interacting multiple model algorithm for systems with Markovian switching "
         "coefficients. IEEE Trans. AC 33 (8), 1988, pp. 780-783."

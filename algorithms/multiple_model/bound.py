@@ -45,7 +45,7 @@ def jump_bound(recording: Plots, parameters: MotionParameters) -> Floats | None:
         return None
     prepared = prepare(recording, parameters)
     antenna = np.concatenate([prepared.axes[0].ravel(), prepared.origin[0]])
-    sd = prepared.sd[0, :, 0] if prepared.sd.shape[2] else np.ones(3)
+    sd = prepared.sd[0]
     key = (
         recording.time_s.tobytes(), recording.truth_m.tobytes(), recording.truth_velocity_mps.tobytes(), sd.tobytes(),
         antenna.tobytes(), parameters.start_velocity_sd_mps, parameters.start_acceleration_sd_mps2,

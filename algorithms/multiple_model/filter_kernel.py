@@ -38,10 +38,18 @@ from algorithms.multiple_model.states import (
     WAITING,
 )
 from algorithms.toolbox.filters.merging import MOMENT, merge_moments, merge_weights
-from algorithms.toolbox.filters.multiple_model import absorb, advance, combine, conclude, place, settle_start, start_lane
+from algorithms.toolbox.filters.multiple_model import (
+    absorb,
+    advance,
+    combine,
+    conclude,
+    place,
+    settle_start,
+    start_lane,
+)
 from algorithms.toolbox.kernels import LANES, kernel
 from algorithms.toolbox.kernels.symmetric import solve3
-from algorithms.toolbox.sensors.position_rows import PositionMark, linearised
+from algorithms.toolbox.sensors.position_rows import PositionMark, gradients, linearised, position_covariance
 
 
 @kernel
@@ -67,10 +75,8 @@ def region_of(setup, x, y, z):
 
 
 @kernel
-def _begin(k, stop, lanes, marks, setup, bank, track, state, now):
+def _begin(k, stop, lanes, marks, setup, bank, track, state, now, rows):
     """Decide what each lane does with the rows k to stop; start the lanes that have no track."""
-    covariance = np.empty(6)
-    position = np.empty(3)
     fresh = 0
     for lane in range(LANES):
         now.go[lane] = 0.0
@@ -107,18 +113,21 @@ def _begin(k, stop, lanes, marks, setup, bank, track, state, now):
             continue
         now.status[lane] = STARTED
         now.reason[lane] = R_GAP if state.live[lane] == 1 else R_FIRST
-        _start(row, lane, marks, setup, bank, track, state, now, position, covariance)
+        _start(row, lane, marks, setup, bank, track, state, now, rows)
         fresh += 1
     return fresh
 
 
 @kernel
-def _start(row, lane, marks, setup, bank, track, state, now, position, covariance):
-    """Start a track in one lane."""
+def _start(row, lane, marks, setup, bank, track, state, now, rows):
+    """Start a track in one lane, at the measurement and with its covariance."""
+    covariance = np.empty(6)
+    position = np.empty(3)
     for a in range(3):
         position[a] = marks.y[row, a, lane]
-    for i in range(6):
-        covariance[i] = marks.covariance[row, i, lane]
+        rows.at[a, lane] = position[a]
+    gradients(marks.kind[row], marks.axes[marks.sensor[row]], marks.origin[row], rows.at, rows.r)
+    position_covariance(rows.r, marks.sd[row], lane, covariance)
     start_lane(bank, track, lane, position, covariance, setup.velocity_variance, setup.acceleration_variance)
     track.boost[lane] = 1.0
     state.memory[lane] = 0.0
@@ -140,40 +149,33 @@ def _fill(row, lane_row, lanes, marks, now):
         for a in range(3):
             now.z[a, lane] = marks.z[r, a, lane] if good else 0.0
             now.y[a, lane] = marks.y[r, a, lane] if good else 0.0
-            now.sd[a, lane] = marks.sd[r, a, lane] if good else 1.0
+            now.sd[a, lane] = marks.sd[r, a] if good else 1.0
 
 
 @kernel
 def _move(bank, setup, track, work, state, now):
     """Move all hypotheses over `now.dt`; long gaps in steps where they are asked for."""
-    longest = 0.0
     for lane in range(LANES):
-        longest = max(longest, now.dt[lane])
-    if longest > setup.substep_above_s:
-        base = bank.chains.step_s
+        long = now.go[lane] > 0.0 and now.dt[lane] > setup.substep_above_s
+        now.left[lane] = now.dt[lane] if long else 0.0
+    again = True
+    while again:
+        again = False
         for lane in range(LANES):
-            now.left[lane] = now.dt[lane] if now.dt[lane] > setup.substep_above_s else 0.0
-        again = True
-        while again:
-            again = False
-            for lane in range(LANES):
-                # The last step, of what remains, is made with all the others below.
-                here = now.left[lane] > 1.5 * base
-                now.step[lane] = base if here else 0.0
-                now.fresh[lane] = 1.0 if here else 0.0
-                now.left[lane] -= now.step[lane]
-                again = again or here
+            # The last step, of what remains, is made with all the other lanes.
+            here = now.left[lane] > 1.5 * bank.chains.step_s
+            now.stepping[lane] = 1.0 if here else 0.0
+            again = again or here
+        for lane in range(LANES):
             if again:
-                clip = advance(bank, track, work, now.step, now.region)
-                state.clip[0] = clip if np.isnan(clip) else max(state.clip[0], clip)
-                conclude(bank, track, work, now.fresh)
-        for lane in range(LANES):
-            now.fresh[lane] = 0.0
-            now.step[lane] = now.left[lane] if now.dt[lane] > setup.substep_above_s else now.dt[lane]
+                now.step[lane] = bank.chains.step_s if now.stepping[lane] > 0.0 else 0.0
+                now.left[lane] -= now.step[lane]
+            else:
+                now.step[lane] = now.left[lane] if now.left[lane] > 0.0 else now.dt[lane]
         clip = advance(bank, track, work, now.step, now.region)
-    else:
-        clip = advance(bank, track, work, now.dt, now.region)
-    state.clip[0] = clip if np.isnan(clip) else max(state.clip[0], clip)
+        state.clip[0] = clip if np.isnan(clip) else max(state.clip[0], clip)
+        if again:
+            conclude(bank, track, work, now.stepping)
 
 
 @kernel
@@ -262,11 +264,9 @@ def _sound(track, lane, models):
 
 
 @kernel
-def _finish(k, stop, lanes, marks, setup, bank, track, state, work, now, report):
+def _finish(lanes, marks, setup, bank, track, state, work, now, report, rows):
     """What became of the rows; lanes whose numbers lost their meaning start anew; the manoeuvre detector."""
     models = track.log.shape[0]
-    covariance = np.empty(6)
-    position = np.empty(3)
     again = 0
     for lane in range(lanes):
         if now.go[lane] == 0.0:
@@ -276,7 +276,7 @@ def _finish(k, stop, lanes, marks, setup, bank, track, state, work, now, report)
             now.status[lane] = RESTARTED
             now.reason[lane] = R_RESTARTED
             now.go[lane] = 0.0
-            _start(row, lane, marks, setup, bank, track, state, now, position, covariance)
+            _start(row, lane, marks, setup, bank, track, state, now, rows)
             again += 1
             continue
         h = track.lead[lane] * (models + 1) if work.s.shape[0] > models else track.lead[lane]
@@ -365,20 +365,16 @@ def filter_groups(marks, setup, bank, track, state, work, rows, now, report, fir
     keep = np.zeros(LANES)
     for g in range(first, last):
         k, stop = marks.group[g], marks.group[g + 1]
-        fresh = _begin(k, stop, lanes, marks, setup, bank, track, state, now)
+        fresh = _begin(k, stop, lanes, marks, setup, bank, track, state, now, rows)
         if fresh > 0:
             settle_start(bank, track, work, now.fresh)
         if setup.heights.shape[0] > 0:
             for lane in range(lanes):
-                now.region[lane] = region_of(
-                    setup, track.common[0, lane], track.common[3, lane], track.common[6, lane]
-                )
-        started = now.fresh.copy()
+                now.region[lane] = region_of(setup, track.common[0, lane], track.common[3, lane], track.common[6, lane])
         if np.isfinite(setup.gate):
             _choose(k, stop, lanes, marks, setup, bank, track, state, work, rows, now, weight, total, keep, report)
         _fill(-1, now.chosen, lanes, marks, now)
         _move(bank, setup, track, work, state, now)
-        now.fresh[:] = started
         row = now.chosen[0]
         mark = PositionMark(marks.kind[row], marks.axes[marks.sensor[row]], marks.origin[row], now.sd, now.z, now.y)
         for h in range(hypotheses):
@@ -388,7 +384,7 @@ def filter_groups(marks, setup, bank, track, state, work, rows, now, report, fir
                 _same_rows(now.y, now.go, work.s[h], rows.r)
             absorb(work, h, rows.r, rows.log_volume)
         conclude(bank, track, work, now.go)
-        if _finish(k, stop, lanes, marks, setup, bank, track, state, work, now, report) > 0:
+        if _finish(lanes, marks, setup, bank, track, state, work, now, report, rows) > 0:
             settle_start(bank, track, work, now.fresh)
         _write(k, stop, lanes, bank, track, work, state, now, report, weight, total)
         if bank.structure != 0 and setup.heights.shape[0] > 0:

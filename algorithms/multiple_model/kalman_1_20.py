@@ -46,7 +46,7 @@ def bound(recording: Plots, parameters: Kalman120Parameters) -> Floats | None:
 ALGORITHM = Algorithm(
     name="kalman_1_20",
     title="Kalman filter, constant velocity, 20 m/s² (Kalman-1 20)",
-    summary="One Kalman filter with constant velocity and noise of 20 m/s² a step: a single-model rival of the paper.",
+    summary="One Kalman filter with constant velocity and noise of 20 m/s² a step.",
     family="multiple_model",
     takes=("antenna_plots", "polar_plots"),
     parameters=Kalman120Parameters,

@@ -46,7 +46,7 @@ def bound(recording: Plots, parameters: Kalman15Parameters) -> Floats | None:
 ALGORITHM = Algorithm(
     name="kalman_1_5",
     title="Kalman filter, constant velocity, 5 m/s² (Kalman-1 5)",
-    summary="One Kalman filter with constant velocity and noise of 5 m/s² a step: a single-model rival of the paper.",
+    summary="One Kalman filter with constant velocity and noise of 5 m/s² a step.",
     family="multiple_model",
     takes=("antenna_plots", "polar_plots"),
     parameters=Kalman15Parameters,

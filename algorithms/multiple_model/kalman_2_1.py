@@ -46,7 +46,7 @@ def bound(recording: Plots, parameters: Kalman21Parameters) -> Floats | None:
 ALGORITHM = Algorithm(
     name="kalman_2_1",
     title="Kalman filter, constant acceleration, 1 m/s² (Kalman-2 1)",
-    summary="One Kalman filter with constant acceleration and noise of 1 m/s² a step: a single-model rival of the paper.",
+    summary="One Kalman filter with constant acceleration and noise of 1 m/s² a step.",
     family="multiple_model",
     takes=("antenna_plots", "polar_plots"),
     parameters=Kalman21Parameters,

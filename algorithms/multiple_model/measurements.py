@@ -28,11 +28,9 @@ from algorithms.site import Radar
 from algorithms.toolbox.frames.bicone import (
     antenna_axes,
     conversion_index,
-    covariance_from_bicone,
     position_from_bicone,
     within_domain,
 )
-from algorithms.toolbox.kernels.symmetric import pack
 from algorithms.toolbox.sensors.position_rows import BICONE, CARTESIAN, PLAN, POLAR
 
 Floats = NDArray[np.float64]
@@ -54,7 +52,6 @@ class Prepared:
     sd: Floats
     z: Floats
     y: Floats
-    covariance: Floats
     valid: Ints
     dof: Ints
     settings: dict[str, Setting] = field(default_factory=dict)
@@ -64,7 +61,8 @@ class Prepared:
         """Rows of one target and a block of lanes."""
 
         def cut(array: NDArray[np.generic]) -> NDArray[np.generic]:
-            return np.ascontiguousarray(array[rows][..., part])
+            chosen = array if rows.size == len(array) else array[rows]
+            return np.ascontiguousarray(chosen[..., part])
 
         return Marks(
             time=recording.time_s[rows],
@@ -73,10 +71,9 @@ class Prepared:
             sensor=self.sensor[rows],
             axes=self.axes,
             origin=self.origin[rows],
-            sd=cut(self.sd),  # type: ignore[arg-type]
+            sd=self.sd[rows],
             z=cut(self.z),  # type: ignore[arg-type]
             y=cut(self.y),  # type: ignore[arg-type]
-            covariance=cut(self.covariance),  # type: ignore[arg-type]
             valid=cut(self.valid),  # type: ignore[arg-type]
             dof=self.dof[rows],
         )
@@ -153,12 +150,10 @@ def _antenna(recording: AntennaPlots, parameters: MeasurementParameters) -> Prep
     inside = within_domain(z[:, 0], z[:, 1], z[:, 2])
     safe = np.where(inside[:, None], z, np.array([1.0, 0.0, 0.0])[:, None])
     y = np.moveaxis(position_from_bicone(safe[:, 0], safe[:, 1], safe[:, 2], axes, centre), -1, 1)
-    covariance = covariance_from_bicone(safe[:, 0], safe[:, 1], safe[:, 2], sd, axes)
-    m, lanes = inside.shape
+    m = len(inside)
     out = Prepared(
         kind=np.full(m, BICONE), sensor=np.zeros(m, np.int64), axes=axes[None], origin=np.tile(centre, (m, 1)),
-        sd=np.broadcast_to(np.array(sd)[None, :, None], (m, 3, lanes)), z=z, y=y,
-        covariance=np.moveaxis(pack(np.moveaxis(covariance, (-2, -1), (0, 1))), 0, 1), valid=inside.astype(np.int64),
+        sd=np.tile(np.array(sd), (m, 1)), z=z, y=np.ascontiguousarray(y), valid=inside.astype(np.int64),
         dof=np.full(m, 3), settings=settings,
     )  # fmt: skip
     far = safe[:, 0].max(initial=0.0)
@@ -196,9 +191,8 @@ def _polar(recording: PolarPlots, parameters: MeasurementParameters) -> Prepared
         origin[:, axis] = np.where(np.isfinite(moving), moving, origin[:, axis])
     height = np.where(np.isfinite(recording.altitude_m), recording.altitude_m, parameters.assumed_height_m)
     elevated = np.isfinite(recording.elevation_rad).any()
-    kind, sd = np.empty(m, np.int64), np.empty((m, 3, lanes))
+    kind, sd = np.empty(m, np.int64), np.empty((m, 3))
     z, y = np.empty((m, 3, lanes)), np.empty((m, 3, lanes))
-    covariance = np.empty((m, 6, lanes))
     for i, radar in enumerate(radars):
         rows = np.flatnonzero(recording.radar == i)
         if rows.size == 0:
@@ -212,7 +206,6 @@ def _polar(recording: PolarPlots, parameters: MeasurementParameters) -> Prepared
             y[rows] = z[rows]
             y[rows, :2] += shift
             z[rows, 2] -= origin[rows, 2][:, None]
-            jacobian = np.broadcast_to(np.eye(3), (rows.size, lanes, 3, 3))
         else:
             errors = [
                 resolve("sigma_range_m", radar, SIGMA_RANGE_M),
@@ -223,7 +216,6 @@ def _polar(recording: PolarPlots, parameters: MeasurementParameters) -> Prepared
                 errors.append(np.radians(resolve("sigma_elevation_deg", radar, SIGMA_AZIMUTH_DEG)))
                 kind[rows] = POLAR
                 z[rows] = np.stack([r, b, recording.elevation_rad[rows]], axis=1)
-                jacobian = _polar_jacobian(r, b, recording.elevation_rad[rows])
                 plan, up = r * np.cos(recording.elevation_rad[rows]), r * np.sin(recording.elevation_rad[rows])
             else:
                 errors.append(parameters.sigma_height_m)
@@ -232,38 +224,18 @@ def _polar(recording: PolarPlots, parameters: MeasurementParameters) -> Prepared
                 slant = radar is None or radar.range_kind != "ground"
                 plan = np.sqrt(np.maximum(r * r - up * up, 0.0)) if slant else r
                 z[rows] = np.stack([plan, b, up], axis=1)
-                jacobian = _plan_jacobian(plan, b)
             y[rows] = np.stack([plan * np.sin(b), plan * np.cos(b), up], axis=1) + origin[rows][:, :, None]
-        sd[rows] = np.array(errors)[:, None]
-        scaled = jacobian * np.array(errors)
-        full = scaled @ np.swapaxes(scaled, -1, -2)
-        covariance[rows] = np.moveaxis(pack(np.moveaxis(full, (-2, -1), (0, 1))), 0, 1)
-    valid = np.isfinite(z).all(axis=1) & np.isfinite(covariance).all(axis=1)
+        sd[rows] = np.array(errors)
+    valid = np.asarray(np.isfinite(z).all(axis=1) & np.isfinite(y).all(axis=1))
     if not cartesian:
         valid &= z[:, 0] > 0
     out = Prepared(
         kind=kind, sensor=recording.radar.copy(), axes=np.repeat(np.eye(3)[None], len(recording.radars), axis=0),
-        origin=origin, sd=sd, z=z, y=y, covariance=covariance, valid=valid.astype(np.int64),
+        origin=origin, sd=sd, z=z, y=y, valid=valid.astype(np.int64),
         dof=np.where(kind == POLAR, 3, 2), settings=settings,
     )  # fmt: skip
     _note_outside(out)
     return out
-
-
-def _polar_jacobian(r: Floats, azimuth: Floats, elevation: Floats) -> Floats:
-    sb, cb, se, ce = np.sin(azimuth), np.cos(azimuth), np.sin(elevation), np.cos(elevation)
-    rows = (
-        (ce * sb, r * ce * cb, -r * se * sb),
-        (ce * cb, -r * ce * sb, -r * se * cb),
-        (se, np.zeros(r.shape), r * ce),
-    )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def _plan_jacobian(r: Floats, azimuth: Floats) -> Floats:
-    sb, cb, zero = np.sin(azimuth), np.cos(azimuth), np.zeros(r.shape)
-    rows = ((sb, r * cb, zero), (cb, -r * sb, zero), (zero, zero, np.ones(r.shape)))
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def _note_outside(prepared: Prepared) -> None:

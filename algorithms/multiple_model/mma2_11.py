@@ -29,9 +29,7 @@ class Mma211Parameters(PaperParameters):
 
 def models_of(parameters: Mma211Parameters) -> ModelSet:
     """Return the models and how they are merged."""
-    return ModelSet(
-        MODELS, TRANSITION, STEP_S, parameters.structure, parameters.merging, parameters.output
-    )
+    return ModelSet(MODELS, TRANSITION, STEP_S, parameters.structure, parameters.merging, parameters.output)
 
 
 def run(recording: Plots, parameters: Mma211Parameters, context: RunContext) -> Result:

@@ -1,7 +1,8 @@
 """MMA2-122: quiet constant velocity, quiet and noisy constant acceleration.
 
-Differences from the paper: it leaves out initiation, long gaps and ties (see `parameters`, `merging`); its matrix is printed with columns that
-sum to 1, here rows do. With `merging` = moment it is the textbook IMM.
+Differences from the paper: it leaves out initiation, long gaps and ties (see
+`parameters`, `merging`); its matrix is printed with columns that sum to 1, here rows do. With `merging` = moment this
+is the textbook IMM.
 """
 
 from __future__ import annotations
@@ -30,9 +31,7 @@ class Mma2Parameters(PaperParameters):
 
 def models_of(parameters: Mma2Parameters) -> ModelSet:
     """Return the models and how they are merged."""
-    return ModelSet(
-        MODELS, TRANSITION, STEP_S, parameters.structure, parameters.merging, parameters.output
-    )
+    return ModelSet(MODELS, TRANSITION, STEP_S, parameters.structure, parameters.merging, parameters.output)
 
 
 def run(recording: Plots, parameters: Mma2Parameters, context: RunContext) -> Result:
@@ -53,7 +52,7 @@ def bound(recording: Plots, parameters: Mma2Parameters) -> Floats | None:
 ALGORITHM = Algorithm(
     name="mma2_122",
     title="Three models (MMA2-122)",
-    summary="The paper's best: quiet constant velocity, quiet and noisy constant acceleration, merged by its combined rule.",
+    summary="The paper's best: constant velocity, quiet and noisy constant acceleration, merged by its combined rule.",
     family="multiple_model",
     takes=("antenna_plots", "polar_plots"),
     parameters=Mma2Parameters,

@@ -51,7 +51,7 @@ class MultipleModelParameters(MergingParameters):
         group="motion",
         choices={
             "listed": "the models and the matrix below",
-            "surface": "surface craft: constant velocity quiet and agile, constant acceleration; its own matrix for 1 s",
+            "surface": "surface craft: constant velocity, quiet and agile, and constant acceleration; its own matrix",
         },
     )
     """A set replaces models, matrix and base interval."""
@@ -71,8 +71,7 @@ class MultipleModelParameters(MergingParameters):
         listed = {"models", "transition", "transition_step_s", "regions"} & self.model_fields_set
         if self.model_set != "listed" and listed:
             raise ValueError(
-                f"the model set {self.model_set} brings its own models and matrix: leave out {', '.join(sorted(listed))}"
-                ", or choose the set `listed`"
+                f"the set {self.model_set} brings its own models and matrix; leave out {', '.join(sorted(listed))}"
             )
         return self
 
@@ -108,7 +107,7 @@ def bound(recording: Plots, parameters: MultipleModelParameters) -> Floats | Non
 ALGORITHM = Algorithm(
     name="multiple_model",
     title="Multiple-model filter",
-    summary="Any models, transition matrix and merging rule; the default has gravity-aware constant velocity, quiet and "
+    summary="Any models, transition matrix and merging rule; by default gravity-aware constant velocity, and quiet and "
     "noisy constant acceleration.",
     family="multiple_model",
     takes=("antenna_plots", "polar_plots"),

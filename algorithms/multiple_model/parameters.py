@@ -14,6 +14,30 @@ SIGMA_AZIMUTH_DEG = 0.5
 SIGMA_PLAN_M = 20.0
 SIGMA_HEIGHT_M = 50.0
 
+WAYS: dict[str, str] = {
+    "converted": "as a position, with the covariance at the measurement (the paper)",
+    "converted_at_prediction": "as a position, with the covariance at the prediction",
+    "ekf": "in its own coordinates, linearised at the prediction",
+    "ukf": "in its own coordinates, by six sigma points of the position",
+}
+NOISE_FORMS: dict[str, str] = {
+    "step": "one random number for each measurement (the paper); above the long interval as `rate`",
+    "rate": "white noise over the elapsed time",
+    "substeps": "as `step`; above the long interval in steps of the base interval",
+}
+RULES: dict[str, str] = {
+    "moment": "all hypotheses by their probabilities",
+    "max": "the most probable hypothesis",
+    "combined": "the unchanged model alone where it is the most probable, else all",
+    "modified": "the unchanged model alone where it is the most probable, else it and the best other one",
+    "combined_sum": "as combined, but it must outweigh all others together",
+    "modified_pair": "as modified, with the probability of the pair only",
+}
+ANSWERS: dict[str, str] = {
+    "max": "of the most probable model (the paper)",
+    "moment": "mean of all models, which never jumps",
+}
+
 Sd = Annotated[float, Field(gt=0, le=1e6)]
 Probability = Annotated[float, Field(ge=0, le=1)]
 Place = Annotated[float, Field(ge=-1e7, le=1e7)]
@@ -64,12 +88,7 @@ class MeasurementParameters(Parameters):
         "ekf",
         title="Measurement enters",
         group="measurement",
-        choices={
-            "converted": "as a position, with the covariance at the measurement (the paper)",
-            "converted_at_prediction": "as a position, with the covariance at the prediction",
-            "ekf": "in its own coordinates, linearised at the prediction",
-            "ukf": "in its own coordinates, by six sigma points of the position",
-        },
+        choices=WAYS,
     )
     """In its own coordinates the thin direction of the error ellipsoid is not turned by the measurement's noise."""
 
@@ -81,14 +100,12 @@ class MotionParameters(MeasurementParameters):
         "rate",
         title="Process noise",
         group="motion",
-        choices={
-            "step": "one random number for each measurement (the paper); above the long interval as `rate`",
-            "rate": "white noise over the elapsed time",
-            "substeps": "as `step`; above the long interval in steps of the base interval",
-        },
+        choices=NOISE_FORMS,
     )
     """Noise of a step means something else at each rate; noise of the rate form depends on the elapsed time only."""
-    long_interval_s: float = parameter(5.0, title="Long interval", unit="s", group="motion", advanced=True, gt=0, le=1e5)
+    long_interval_s: float = parameter(
+        5.0, title="Long interval", unit="s", group="motion", advanced=True, gt=0, le=1e5
+    )
     """Above it noise is no longer that of one step; the decisions say so."""
     start_velocity_sd_mps: float = parameter(
         1000.0, title="Velocity at the start", unit="m/s", symbol="σ_v0", group="start", gt=0, le=1e4
@@ -111,9 +128,7 @@ class MotionParameters(MeasurementParameters):
         },
     )
     """Whose the measurements of a target are."""
-    gate_probability: float = parameter(
-        0.9999, title="Gate probability", unit="1", group="association", ge=0.5, lt=1
-    )
+    gate_probability: float = parameter(0.9999, title="Gate probability", unit="1", group="association", ge=0.5, lt=1)
     """Share of the target's own plots inside the gate; it is used where the nearest plot is chosen."""
     coasting_gate: float = parameter(
         2.0, title="Gate while coasting", unit="1", group="association", advanced=True, ge=1, le=10
@@ -139,21 +154,14 @@ class MergingParameters(MotionParameters):
         "moment",
         title="Merging",
         group="motion",
-        choices={
-            "moment": "all hypotheses by their probabilities",
-            "max": "the most probable hypothesis",
-            "combined": "the unchanged model alone where it is the most probable, else all",
-            "modified": "the unchanged model alone where it is the most probable, else it and the best other one",
-            "combined_sum": "as combined, but it must outweigh all others together",
-            "modified_pair": "as modified, with the probability of the pair only",
-        },
+        choices=RULES,
     )
     """How hypotheses become one."""
     output: Literal["max", "moment"] = parameter(
         "moment",
         title="Answer",
         group="output",
-        choices={"max": "of the most probable model (the paper)", "moment": "mean of all models, which never jumps"},
+        choices=ANSWERS,
     )
     """It does not feed back."""
 
@@ -164,28 +172,28 @@ class PaperParameters(MergingParameters):
     measurement: Literal["converted", "converted_at_prediction", "ekf", "ukf"] = parameter(
         "converted",
         title="Measurement enters",
-        choices=MeasurementParameters.model_fields["measurement"].json_schema_extra["choices"],  # type: ignore[index,call-overload,arg-type]
+        choices=WAYS,
     )
     """The paper converts marks to positions, with the covariance at the mark."""
     noise_form: Literal["step", "rate", "substeps"] = parameter(
         "step",
         title="Process noise",
         group="motion",
-        choices=MotionParameters.model_fields["noise_form"].json_schema_extra["choices"],  # type: ignore[index,call-overload,arg-type]
+        choices=NOISE_FORMS,
     )
     """The paper has one random number for each mark; above the long interval the rate form is taken."""
     merging: Literal["moment", "max", "combined", "modified", "combined_sum", "modified_pair"] = parameter(
         "combined",
         title="Merging",
         group="motion",
-        choices=MergingParameters.model_fields["merging"].json_schema_extra["choices"],  # type: ignore[index,call-overload,arg-type]
+        choices=RULES,
     )
     """The paper recommends its combined rule."""
     output: Literal["max", "moment"] = parameter(
         "max",
         title="Answer",
         group="output",
-        choices=MergingParameters.model_fields["output"].json_schema_extra["choices"],  # type: ignore[index,call-overload,arg-type]
+        choices=ANSWERS,
     )
     """The paper shows the most probable model."""
 
@@ -196,14 +204,14 @@ class PaperKalmanParameters(MotionParameters):
     measurement: Literal["converted", "converted_at_prediction", "ekf", "ukf"] = parameter(
         "converted",
         title="Measurement enters",
-        choices=MeasurementParameters.model_fields["measurement"].json_schema_extra["choices"],  # type: ignore[index,call-overload,arg-type]
+        choices=WAYS,
     )
     """The paper converts marks to positions, with the covariance at the mark."""
     noise_form: Literal["step", "rate", "substeps"] = parameter(
         "step",
         title="Process noise",
         group="motion",
-        choices=MotionParameters.model_fields["noise_form"].json_schema_extra["choices"],  # type: ignore[index,call-overload,arg-type]
+        choices=NOISE_FORMS,
     )
     """The paper has one random number for each mark; above the long interval the rate form is taken."""
 
@@ -238,7 +246,9 @@ class Region(Parameters):
     """In the local frame."""
     highest_up_m: float = parameter(1e6, title="To height", unit="m", group="motion", ge=-1e6, le=1e6)
     """In the local frame."""
-    transition: tuple[tuple[float, ...], ...] = parameter(title="Transition probabilities", group="motion", max_length=10)
+    transition: tuple[tuple[float, ...], ...] = parameter(
+        title="Transition probabilities", group="motion", max_length=10
+    )
     """Row = from, as the matrix that holds elsewhere."""
 
     @model_validator(mode="after")

@@ -35,7 +35,9 @@ class AntennaScenario(Parameters):
 
     east_m: float = parameter(0.0, title="Start, east", unit="m", group="targets", ge=-_FARTHEST_M, le=_FARTHEST_M)
     """In the local frame."""
-    north_m: float = parameter(50_000.0, title="Start, north", unit="m", group="targets", ge=-_FARTHEST_M, le=_FARTHEST_M)
+    north_m: float = parameter(
+        50_000.0, title="Start, north", unit="m", group="targets", ge=-_FARTHEST_M, le=_FARTHEST_M
+    )
     """In the local frame."""
     up_m: float = parameter(8_000.0, title="Start, up", unit="m", group="targets", ge=-1_000, le=1e6)
     """In the local frame."""
@@ -74,9 +76,7 @@ class AntennaScenario(Parameters):
     """Where the boresight looks, above the horizon."""
     antenna_up_m: float = parameter(0.0, title="Antenna height", unit="m", group="stations", ge=-1_000, le=1e5)
     """Of the phase centre in the local frame."""
-    sigma_range_m: float = parameter(
-        2.5, title="Range error", unit="m", symbol="σ_r", group="reception", gt=0, le=1e4
-    )
+    sigma_range_m: float = parameter(2.5, title="Range error", unit="m", symbol="σ_r", group="reception", gt=0, le=1e4)
     """Standard deviation; the site tells it to the algorithms."""
     sigma_bicone_elevation_deg: float = parameter(
         0.1, title="Bicone elevation error", unit="°", symbol="σ_ε", group="reception", gt=0, le=5
@@ -86,7 +86,9 @@ class AntennaScenario(Parameters):
         0.1, title="Bicone azimuth error", unit="°", symbol="σ_α", group="reception", gt=0, le=5
     )
     """Standard deviation; the site tells it to the algorithms."""
-    detection_probability: float = parameter(1.0, title="Detection probability", unit="1", group="reception", ge=0, le=1)
+    detection_probability: float = parameter(
+        1.0, title="Detection probability", unit="1", group="reception", ge=0, le=1
+    )
     """Share of instants with a plot."""
     outlier_share: float = parameter(0.0, title="Wild plots", unit="1", group="reception", ge=0, le=1)
     """Share of plots whose errors are twenty times as large."""

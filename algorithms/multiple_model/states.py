@@ -78,13 +78,11 @@ class Marks(NamedTuple):
     origin: Floats
     """(M, 3) m"""
     sd: Floats
-    """(M, 3, L)"""
+    """(M, 3) of the coordinates"""
     z: Floats
     """(M, 3, L) coordinates"""
     y: Floats
     """(M, 3, L) m, converted"""
-    covariance: Floats
-    """(M, 6, L) m2, of the converted mark, packed"""
     valid: Ints
     """(M, L)"""
     dof: Ints
@@ -149,6 +147,7 @@ class Now(NamedTuple):
     limit: Floats
     left: Floats
     step: Floats
+    stepping: Floats
     z: Floats
     y: Floats
     sd: Floats
@@ -195,8 +194,8 @@ def new_now() -> Now:
         dt=np.zeros(LANES), region=np.zeros(LANES, np.int64), go=np.zeros(LANES), fresh=np.zeros(LANES),
         shown=np.zeros(LANES, np.int64), status=np.zeros(LANES, np.int64), reason=np.zeros(LANES, np.int64),
         chosen=np.zeros(LANES, np.int64), distance=np.zeros(LANES), best=np.zeros(LANES), limit=np.zeros(LANES),
-        left=np.zeros(LANES), step=np.zeros(LANES), z=np.zeros((3, LANES)), y=np.zeros((3, LANES)),
-        sd=np.ones((3, LANES)), answer=np.zeros((54, LANES)), predicted=np.zeros((54, LANES)),
+        left=np.zeros(LANES), step=np.zeros(LANES), stepping=np.zeros(LANES), z=np.zeros((3, LANES)),
+        y=np.zeros((3, LANES)), sd=np.ones((3, LANES)), answer=np.zeros((54, LANES)), predicted=np.zeros((54, LANES)),
     )  # fmt: skip
 
 

@@ -105,9 +105,7 @@ def bank_of(chosen: ModelSet, parameters: MotionParameters) -> Bank:
             remedy="Choose moment or max, or the structure imm or gpb2.",
             code="merging_structure",
         )
-    columns = [
-        check_rows(region.transition, n, f"/regions/{i}/transition") for i, region in enumerate(chosen.regions)
-    ]
+    columns = [check_rows(region.transition, n, f"/regions/{i}/transition") for i, region in enumerate(chosen.regions)]
     columns.append(check_rows(chosen.transition, n))
     return Bank(
         kinds=np.array([KINDS.index(kind) for kind, _ in chosen.models]),
@@ -245,7 +243,7 @@ def _setup(
 def _add_notes(out: Filtered, parameters: MotionParameters, clip: float) -> None:
     if np.isnan(clip) or clip > 1e-4:
         raise ParameterError(
-            "This transition matrix cannot be used with irregular times: a gap left by refused measurements has no power.",
+            "The transition matrix has no power for the interval that refused measurements left.",
             pointer="/transition",
             remedy="Make the chance to stay larger than one half.",
             code="transition_root",
@@ -265,7 +263,7 @@ def _add_notes(out: Filtered, parameters: MotionParameters, clip: float) -> None
         (states.R_STEPS, "intervals longer than long_interval_s were split into steps of the base interval"),
         (states.R_GAP, "tracks were closed after a gap longer than track_timeout_s and started anew"),
         (states.R_RESTARTED, "tracks were started anew because their numbers lost their meaning"),
-        (states.R_DOUBTFUL, "a plot was taken after a gap in a widened gate: the track may have changed to another object"),
+        (states.R_DOUBTFUL, "plots were taken after a gap in a widened gate: the track may follow another object"),
     ):  # fmt: skip
         count = int((reason == code).sum())
         if count:

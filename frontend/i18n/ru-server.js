@@ -6,6 +6,7 @@ import answers from "./ru-answers.js";
 import asterix from "./ru-asterix.js";
 import joining from "./ru-joining.js";
 import * as identification from "./ru-identification.js";
+import * as multipleModel from "./ru-multiple-model.js";
 import * as forwardScatter from "./ru-forward-scatter.js";
 import * as long from "./ru-long.js";
 import reading from "./ru-reading.js";
@@ -114,6 +115,13 @@ export const codes = {
   "warning.truth_up_zero": "У истины нет высоты, взят 0",
   "warning.truth_without_origin": "Истина в WGS-84 без начала координат",
   "warning.word_for_empty": "Слова вместо пустых ячеек",
+  "problem.antenna_direction": "Неизвестно, куда смотрит антенна",
+  "problem.merging_structure": "Правило объединения не подходит структуре",
+  "problem.transition_size": "Размер матрицы переходов",
+  "problem.transition_entry": "Вероятность вне отрезка от 0 до 1",
+  "problem.transition_sum": "Сумма строки матрицы переходов не 1",
+  "problem.transition_transposed": "Матрица переходов похожа на транспонированную",
+  "problem.transition_root": "Матрица переходов не годится для этих интервалов",
   "problem.malformed_request": "Запрос нельзя разобрать",
   "problem.malformed_json": "Содержимое не JSON",
   "problem.host_not_allowed": "Неизвестное имя сервера",
@@ -262,6 +270,7 @@ export const words = {
   ...identification.words,
   ...scenarios.words,
   ...forwardScatter.words,
+  ...multipleModel.words,
   ...studies.words,
   ...long.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
@@ -439,7 +448,7 @@ export const words = {
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
 export const sentences = {
   ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...identification.sentences,
-  ...forwardScatter.sentences,
+  ...forwardScatter.sentences, ...multipleModel.sentences,
 };
 
 // Texts of charts with numbers or names in them.

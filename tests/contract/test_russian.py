@@ -22,7 +22,7 @@ from tests.contract.server_sentences import sentences
 
 ENTRY = re.compile(r'^ {2}("(?:[^"\\]|\\.)*"): ("(?:[^"\\]|\\.)*"),$', re.M)
 PATTERN = re.compile(r"^ {2}\[/(.+)/, \"", re.M)
-FAMILIES = ("multilateration", "forward_scatter")
+FAMILIES = ("multilateration", "forward_scatter", "multiple_model")
 
 
 @pytest.fixture(scope="module")

@@ -83,7 +83,9 @@ def test_the_bias_of_conversion_is_that_of_draws() -> None:
     draws = np.random.default_rng(3).normal(size=(2, 400_000)) * s
     # Opposite errors beside each other: what is odd cancels.
     both = np.concatenate([draws, -draws], axis=1)
-    mean = position_from_bicone(np.full(both.shape[1], r), eps + both[0], alpha + both[1], np.eye(3), np.zeros(3)).mean(0)
+    mean = position_from_bicone(np.full(both.shape[1], r), eps + both[0], alpha + both[1], np.eye(3), np.zeros(3)).mean(
+        0
+    )
     true = position_from_bicone(r, eps, alpha, np.eye(3), np.zeros(3))
     np.testing.assert_allclose(mean - true, conversion_bias(r, eps, alpha, s, s), rtol=0.02)
 
@@ -178,7 +180,7 @@ MARK = np.array([98490, 20330, 5045.0])
 NOISE = np.array([[2500, 300, -200], [300, 10000, 500], [-200, 500, 8000.0]])
 
 
-def one_step(structure: str, rule: str, *, moment: bool = True):  # noqa: ANN201
+def one_step(structure: str, rule: str, *, moment: bool = True):
     """One step of three models over 1 s; the models know no axis from another, so NUE stands in the places of ENU."""
     bank = Bank(
         np.array([0, 1, 1]), np.array([0.05, 0.05, 30]), STRUCTURES.index(structure), RULES.index(rule), int(moment), 0,
@@ -239,7 +241,8 @@ STEPS = {
          -0.1033857269),
     ),
     ("gpb1", "moment"): (
-        (-16.17206731, -16.17934091, -16.22800621), -16.1779978, (0.8381125283, 0.0670030995, 0.09488437221), None, None,
+        (-16.17206731, -16.17934091, -16.22800621), -16.1779978, (0.8381125283, 0.0670030995, 0.09488437221), None,
+        None,
         (98498.04403, -1500.780937, -0.1454163937, 20304.30107, 300.5810415, 0.1286787265, 5050.08561, 50.06098723,
          -0.07245868122),
     ),
@@ -296,7 +299,7 @@ def test_18_6_rules(p: tuple, rule: str, weights: tuple, total: float) -> None:
 
 
 def test_18_7_logarithms_do_not_underflow() -> None:
-    logs = np.repeat((np.log([0.2, 0.5, 0.3]) + [-10000, -10003.5, -10020])[:, None], LANES, 1)
+    logs = np.repeat((np.log([0.2, 0.5, 0.3]) + np.array([-10000, -10003.5, -10020]))[:, None], LANES, 1)
     weights, total = np.zeros((3, LANES)), np.zeros(LANES)
     merge_weights(logs, 0, RULES.index("moment"), weights, total)
     close(total[0], -10001.536658322088, 1e-14)

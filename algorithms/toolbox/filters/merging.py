@@ -11,7 +11,7 @@ A rule sees K hypotheses with logarithms l of their probabilities, not normalise
 * `modified_pair` as `modified`, but the merged probability is that of the pair only.
 
 Then mean = sum w x, covariance = sum w (P + (x - mean)(x - mean)^T). The merged probability is the sum of all K except
-in `modified_pair`. Hypotheses of probability zero get no weight; where all have none, main stays, with probability zero.
+in `modified_pair`. Hypotheses of probability zero get no weight; where all have none, main stays, with probability 0.
 
 References
 ----------
@@ -29,6 +29,7 @@ import numpy as np
 
 from algorithms.toolbox.filters.transition import LN_ZERO
 from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels.exponential import exp_row, log_row
 from algorithms.toolbox.kernels.hypothesis import add_9, merge_2_9, merge_3_9
 
 RULES = ("moment", "max", "combined", "modified", "combined_sum", "modified_pair")
@@ -40,19 +41,24 @@ NOTHING = 0.5 * LN_ZERO
 
 @kernel
 def log_sum(logs, total):
-    """Write ln sum exp of (K, LANES) over K into `total`; (LANES,)."""
+    """Write ln sum exp of (K, LANES) over K into `total`, (LANES,)."""
     k = logs.shape[0]
+    top, part, sums = np.empty(LANES), np.empty(LANES), np.empty(LANES)
     for lane in range(LANES):
-        total[lane] = logs[0, lane]
+        top[lane] = logs[0, lane]
+        sums[lane] = 0.0
     for i in range(1, k):
         for lane in range(LANES):
-            total[lane] = max(total[lane], logs[i, lane])
+            top[lane] = max(top[lane], logs[i, lane])
+    for i in range(k):
+        for lane in range(LANES):
+            part[lane] = logs[i, lane] - top[lane]
+        exp_row(part, part)
+        for lane in range(LANES):
+            sums[lane] += part[lane]
+    log_row(sums, sums)
     for lane in range(LANES):
-        top = total[lane]
-        sum_ = 0.0
-        for i in range(k):
-            sum_ += np.exp(logs[i, lane] - top)
-        total[lane] = top + np.log(sum_)
+        total[lane] = top[lane] + sums[lane]
 
 
 @kernel
@@ -65,50 +71,66 @@ def merge_weights(logs, main, rule, weight, total):
             total[lane] = logs[0, lane]
         return
     m = max(main, 0)
+    top, sums = np.empty(LANES), np.empty(LANES)
     for lane in range(LANES):
-        top = logs[0, lane]
-        for i in range(1, k):
-            top = max(top, logs[i, lane])
-        sum_ = 0.0
+        top[lane] = logs[0, lane]
+        sums[lane] = 0.0
+    for i in range(1, k):
+        for lane in range(LANES):
+            top[lane] = max(top[lane], logs[i, lane])
+    for i in range(k):
+        for lane in range(LANES):
+            weight[i, lane] = logs[i, lane] - top[lane]
+        exp_row(weight[i], weight[i])
+        for lane in range(LANES):
+            sums[lane] += weight[i, lane]
+    log_row(sums, total)
+    for lane in range(LANES):
+        total[lane] += top[lane]
+    if rule == MOMENT:
+        for lane in range(LANES):
+            sums[lane] = 1.0 / sums[lane]
         for i in range(k):
-            weight[i, lane] = np.exp(logs[i, lane] - top)
-            sum_ += weight[i, lane]
-        if top < NOTHING:
+            for lane in range(LANES):
+                weight[i, lane] *= sums[lane]
+    else:
+        for lane in range(LANES):
+            _choose(logs, m, rule, weight, total, lane, top[lane], sums[lane])
+    for lane in range(LANES):
+        if top[lane] < NOTHING:
             for i in range(k):
                 weight[i, lane] = 1.0 if i == m else 0.0
             total[lane] = LN_ZERO
-            continue
-        total[lane] = top + np.log(sum_)
-        if rule == MOMENT:
-            for i in range(k):
-                weight[i, lane] /= sum_
-            continue
-        best = -1
+
+
+@kernel
+def _choose(logs, m, rule, weight, total, lane, top, sum_):
+    """Weights of one lane by the rules that may leave hypotheses out; `weight` holds exp(l - top)."""
+    k = logs.shape[0]
+    best = -1
+    for i in range(k):
+        if (rule == MAX or i != m) and (best < 0 or logs[i, lane] > logs[best, lane]):
+            best = i
+    if rule == MAX:
         for i in range(k):
-            if (rule == MAX or i != m) and (best < 0 or logs[i, lane] > logs[best, lane]):
-                best = i
-        if rule == MAX:
-            for i in range(k):
-                weight[i, lane] = 1.0 if i == best else 0.0
-            continue
-        if rule == COMBINED_SUM:
-            alone = weight[m, lane] > sum_ - weight[m, lane]
-        else:
-            alone = logs[m, lane] > logs[best, lane]
-        if alone:
-            if rule == MODIFIED_PAIR:
-                total[lane] = top + np.log(weight[m, lane] + weight[best, lane])
-            for i in range(k):
-                weight[i, lane] = 1.0 if i == m else 0.0
-        elif rule == COMBINED or rule == COMBINED_SUM:
-            for i in range(k):
-                weight[i, lane] /= sum_
-        else:
-            pair = weight[m, lane] + weight[best, lane]
-            if rule == MODIFIED_PAIR:
-                total[lane] = top + np.log(pair)
-            for i in range(k):
-                weight[i, lane] = weight[i, lane] / pair if i == m or i == best else 0.0
+            weight[i, lane] = 1.0 if i == best else 0.0
+        return
+    if rule == COMBINED_SUM:
+        alone = weight[m, lane] > sum_ - weight[m, lane]
+    else:
+        alone = logs[m, lane] > logs[best, lane]
+    pair = weight[m, lane] + weight[best, lane]
+    if rule == MODIFIED_PAIR:
+        total[lane] = top + np.log(pair)
+    if alone:
+        for i in range(k):
+            weight[i, lane] = 1.0 if i == m else 0.0
+    elif rule in (COMBINED, COMBINED_SUM):
+        for i in range(k):
+            weight[i, lane] /= sum_
+    else:
+        for i in range(k):
+            weight[i, lane] = weight[i, lane] / pair if i in (m, best) else 0.0
 
 
 @kernel

@@ -19,7 +19,7 @@ trudymai2023, eqs. (1)-(9); blom1988; barshalom2001, sections 11.6.4-11.6.6.
 Differences from the paper
 --------------------------
 Its MMA2 (= `imm`) extrapolates N^2 hypotheses and merges them afterwards; merging first is the same mapping for linear
-models (4e-8 m) and the one to use for `ct` and `gd`. (6) calls P[n2][n1] p[n1] conditional; it is the joint probability.
+models (4e-8 m) and the one to use for `ct` and `gd`. (6) calls P[n2][n1] p[n1] conditional; it is the joint one.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 from algorithms.toolbox.filters.merging import MOMENT, log_sum, merge_moments, merge_weights
 from algorithms.toolbox.filters.transition import LN_ZERO, Chains, log_transitions
 from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels.exponential import log_row
 from algorithms.toolbox.kernels.hypothesis import predict_9, update_9
 from algorithms.toolbox.motion.models import (
     CA,
@@ -220,7 +221,7 @@ def _predict(bank, model, s, dt, work, boost):
     """Predict one hypothesis with one model; the coefficients of linear models live as long as the intervals do."""
     kind = bank.kinds[model]
     c = work.coefficients[model]
-    if work.stale[0] == 1 or kind == CT or kind == GD:
+    if work.stale[0] == 1 or kind in (CT, GD):
         for lane in range(LANES):
             work.sigma[lane] = bank.sigma[model] * boost[lane]
             work.as_rate[lane] = 1.0 if bank.as_rate == 1 or dt[lane] > bank.rate_above_s else 0.0
@@ -271,9 +272,10 @@ def absorb(work, which, rows, log_volume):
     log_volume : (LANES,), what ln det R exceeds the sum of ln variance by (0 unless rows were scaled)
     """
     update_9(work.s[which], rows)
+    log_row(rows[19], rows[19])
     for lane in range(LANES):
         count = rows[15, lane] + rows[16, lane] + rows[17, lane]
-        value = -0.5 * (rows[18, lane] + np.log(rows[19, lane]) + log_volume[lane] + count * LN_2PI)
+        value = -0.5 * (rows[18, lane] + rows[19, lane] + log_volume[lane] + count * LN_2PI)
         work.nis[which, lane] = rows[18, lane]
         work.likelihood[which, lane] = value
         work.log[which, lane] = max(work.log[which, lane] + value, LN_ZERO)
@@ -316,7 +318,6 @@ def conclude(bank, track, work, go):
 @kernel
 def combine(bank, track, work, out):
     """Write the answer, (54, LANES)."""
-    n = track.log.shape[0]
     if bank.output_moment == 1:
         merge_weights(track.log, -1, MOMENT, work.weight, work.total)
         merge_moments(track.s, work.weight, out)

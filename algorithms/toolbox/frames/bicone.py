@@ -116,6 +116,6 @@ def conversion_bias(
 
 
 def conversion_index(range_m: ArrayLike, sd_range_m: float, sd_angle_rad: float) -> Floats:
-    """r s^2 / sigma_r: the bend of the error arc in units of the range error; above 0.5 the conversion is poor."""
+    """R s^2 / sigma_r: the bend of the error arc in units of the range error; above 0.5 the conversion is poor."""
     index: Floats = np.asarray(range_m, float) * sd_angle_rad**2 / sd_range_m
     return index

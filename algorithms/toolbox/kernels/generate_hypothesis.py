@@ -19,20 +19,20 @@ PLACES = (0, 3, 6)
 PAIRS = [(i, j) for i in range(N) for j in range(i + 1)]
 SIZE = N + len(PAIRS)
 
-HEAD = '''"""Arithmetic of hypotheses, written out. Made by `algorithms.toolbox.kernels.generate_hypothesis`: do not edit.
+HEAD = '''# ruff: noqa: E501
+"""Arithmetic of hypotheses, written out. Made by `algorithms.toolbox.kernels.generate_hypothesis`: do not edit.
 
 A hypothesis s (54, LANES) holds x vx ax  y vy ay  z vz az and then the packed lower triangle of the covariance.
 
-* `predict_9(s, c)`: F P F^T + Q for three equal axes, x' = F x + known part (`toolbox.motion.models`). c (16, LANES) =
-  interval; a b c d e g of F1 = [[1, a, b], [0, c, d], [0, e, g]]; lower triangle of Q1; known acceleration of each axis.
+* `predict_9(s, c)`: F P F^T + Q for three equal axes, x' = F x + known part (`motion.models`). c (16, LANES) =
+  interval; a b c d e g of F1 = [[1, a, b], [0, c, d], [0, e, g]]; lower triangle of Q1; known acceleration.
 * `update_9(s, r)`: three uncorrelated scalar rows z = h . p + noise, linearised at the state, one after another:
   w = P h, S = h . w + R, x += w nu / S, P -= w w^T / S. r (23, LANES) = h of the three rows, innovations, variances,
-  1 where the lane has the row; then it writes NIS, the product of S and the position at which the rows are linearised.
+  1 where the lane has the row; then it writes NIS, the product of S and the position where rows are linearised.
 * `merge_K_9(s, w, out)`: mean = sum w x, covariance = sum w (P + d d^T), d = x - mean, of s (K, 54, LANES);
   `add_9(s, w, out)` adds one hypothesis to the covariance of `out`, whose mean stands already.
 """
 
-# ruff: noqa: E501
 from __future__ import annotations
 
 from algorithms.toolbox.kernels import LANES, kernel
@@ -73,10 +73,9 @@ def prediction() -> str:
             name = {(r, c): f"m{r}{c}" if i != j else f"m{max(r, c)}{min(r, c)}" for r in range(3) for c in range(3)}
             stored = [(r, c) for r in range(3) for c in range(3) if i != j or c <= r]
             body += [f"m{r}{c} = {_at('q', _p(i + r, j + c))}" for r, c in stored]
-            for c in range(3):
-                body.append(f"n0{c} = {name[0, c]} + a * {name[1, c]} + b * {name[2, c]}")
-                body.append(f"n1{c} = c * {name[1, c]} + d * {name[2, c]}")
-                body.append(f"n2{c} = e * {name[1, c]} + g * {name[2, c]}")
+            body += [f"n0{c} = {name[0, c]} + a * {name[1, c]} + b * {name[2, c]}" for c in range(3)]
+            body += [f"n1{c} = c * {name[1, c]} + d * {name[2, c]}" for c in range(3)]
+            body += [f"n2{c} = e * {name[1, c]} + g * {name[2, c]}" for c in range(3)]
             for r, c in stored:
                 right = (f"n{r}0 + a * n{r}1 + b * n{r}2", f"c * n{r}1 + d * n{r}2", f"e * n{r}1 + g * n{r}2")[c]
                 noise = f" + {_at('u', 7 + r * (r + 1) // 2 + c)}" if i == j else ""
@@ -99,8 +98,8 @@ def update() -> str:
     ]
     for row in range(3):
         body = [f"h{a} = {_at('u', 3 * row + a)}" for a in range(3)]
-        for i in range(N):
-            body.append(f"w{i} = " + " + ".join(f"{_at('q', _p(i, j))} * h{a}" for a, j in enumerate(PLACES)))
+        terms = ([f"{_at('q', _p(i, j))} * h{a}" for a, j in enumerate(PLACES)] for i in range(N))
+        body += [f"w{i} = " + " + ".join(each) for i, each in enumerate(terms)]
         moved = " - ".join(f"h{a} * ({_at('q', j)} - {_at('u', 20 + a)})" for a, j in enumerate(PLACES))
         body += [
             f"v = {_at('u', 12 + row)} + " + " + ".join(f"h{a} * w{j}" for a, j in enumerate(PLACES)),

@@ -1,17 +1,17 @@
+# ruff: noqa: E501
 """Arithmetic of hypotheses, written out. Made by `algorithms.toolbox.kernels.generate_hypothesis`: do not edit.
 
 A hypothesis s (54, LANES) holds x vx ax  y vy ay  z vz az and then the packed lower triangle of the covariance.
 
-* `predict_9(s, c)`: F P F^T + Q for three equal axes, x' = F x + known part (`toolbox.motion.models`). c (16, LANES) =
-  interval; a b c d e g of F1 = [[1, a, b], [0, c, d], [0, e, g]]; lower triangle of Q1; known acceleration of each axis.
+* `predict_9(s, c)`: F P F^T + Q for three equal axes, x' = F x + known part (`motion.models`). c (16, LANES) =
+  interval; a b c d e g of F1 = [[1, a, b], [0, c, d], [0, e, g]]; lower triangle of Q1; known acceleration.
 * `update_9(s, r)`: three uncorrelated scalar rows z = h . p + noise, linearised at the state, one after another:
   w = P h, S = h . w + R, x += w nu / S, P -= w w^T / S. r (23, LANES) = h of the three rows, innovations, variances,
-  1 where the lane has the row; then it writes NIS, the product of S and the position at which the rows are linearised.
+  1 where the lane has the row; then it writes NIS, the product of S and the position where rows are linearised.
 * `merge_K_9(s, w, out)`: mean = sum w x, covariance = sum w (P + d d^T), d = x - mean, of s (K, 54, LANES);
   `add_9(s, w, out)` adds one hypothesis to the covariance of `out`, whose mean stands already.
 """
 
-# ruff: noqa: E501
 from __future__ import annotations
 
 from algorithms.toolbox.kernels import LANES, kernel
@@ -55,13 +55,13 @@ def predict_9(s, c):
         m21 = q[13 * LANES + lane]
         m22 = q[14 * LANES + lane]
         n00 = m00 + a * m10 + b * m20
-        n10 = c * m10 + d * m20
-        n20 = e * m10 + g * m20
         n01 = m10 + a * m11 + b * m21
-        n11 = c * m11 + d * m21
-        n21 = e * m11 + g * m21
         n02 = m20 + a * m21 + b * m22
+        n10 = c * m10 + d * m20
+        n11 = c * m11 + d * m21
         n12 = c * m21 + d * m22
+        n20 = e * m10 + g * m20
+        n21 = e * m11 + g * m21
         n22 = e * m21 + g * m22
         q[9 * LANES + lane] = n00 + a * n01 + b * n02 + u[7 * LANES + lane]
         q[10 * LANES + lane] = n10 + a * n11 + b * n12 + u[8 * LANES + lane]
@@ -79,13 +79,13 @@ def predict_9(s, c):
         m21 = q[25 * LANES + lane]
         m22 = q[26 * LANES + lane]
         n00 = m00 + a * m10 + b * m20
-        n10 = c * m10 + d * m20
-        n20 = e * m10 + g * m20
         n01 = m01 + a * m11 + b * m21
-        n11 = c * m11 + d * m21
-        n21 = e * m11 + g * m21
         n02 = m02 + a * m12 + b * m22
+        n10 = c * m10 + d * m20
+        n11 = c * m11 + d * m21
         n12 = c * m12 + d * m22
+        n20 = e * m10 + g * m20
+        n21 = e * m11 + g * m21
         n22 = e * m12 + g * m22
         q[15 * LANES + lane] = n00 + a * n01 + b * n02
         q[16 * LANES + lane] = c * n01 + d * n02
@@ -103,13 +103,13 @@ def predict_9(s, c):
         m21 = q[28 * LANES + lane]
         m22 = q[29 * LANES + lane]
         n00 = m00 + a * m10 + b * m20
-        n10 = c * m10 + d * m20
-        n20 = e * m10 + g * m20
         n01 = m10 + a * m11 + b * m21
-        n11 = c * m11 + d * m21
-        n21 = e * m11 + g * m21
         n02 = m20 + a * m21 + b * m22
+        n10 = c * m10 + d * m20
+        n11 = c * m11 + d * m21
         n12 = c * m21 + d * m22
+        n20 = e * m10 + g * m20
+        n21 = e * m11 + g * m21
         n22 = e * m21 + g * m22
         q[18 * LANES + lane] = n00 + a * n01 + b * n02 + u[7 * LANES + lane]
         q[22 * LANES + lane] = n10 + a * n11 + b * n12 + u[8 * LANES + lane]
@@ -127,13 +127,13 @@ def predict_9(s, c):
         m21 = q[46 * LANES + lane]
         m22 = q[47 * LANES + lane]
         n00 = m00 + a * m10 + b * m20
-        n10 = c * m10 + d * m20
-        n20 = e * m10 + g * m20
         n01 = m01 + a * m11 + b * m21
-        n11 = c * m11 + d * m21
-        n21 = e * m11 + g * m21
         n02 = m02 + a * m12 + b * m22
+        n10 = c * m10 + d * m20
+        n11 = c * m11 + d * m21
         n12 = c * m12 + d * m22
+        n20 = e * m10 + g * m20
+        n21 = e * m11 + g * m21
         n22 = e * m12 + g * m22
         q[30 * LANES + lane] = n00 + a * n01 + b * n02
         q[31 * LANES + lane] = c * n01 + d * n02
@@ -154,13 +154,13 @@ def predict_9(s, c):
         m21 = q[49 * LANES + lane]
         m22 = q[50 * LANES + lane]
         n00 = m00 + a * m10 + b * m20
-        n10 = c * m10 + d * m20
-        n20 = e * m10 + g * m20
         n01 = m01 + a * m11 + b * m21
-        n11 = c * m11 + d * m21
-        n21 = e * m11 + g * m21
         n02 = m02 + a * m12 + b * m22
+        n10 = c * m10 + d * m20
+        n11 = c * m11 + d * m21
         n12 = c * m12 + d * m22
+        n20 = e * m10 + g * m20
+        n21 = e * m11 + g * m21
         n22 = e * m12 + g * m22
         q[33 * LANES + lane] = n00 + a * n01 + b * n02
         q[34 * LANES + lane] = c * n01 + d * n02
@@ -178,13 +178,13 @@ def predict_9(s, c):
         m21 = q[52 * LANES + lane]
         m22 = q[53 * LANES + lane]
         n00 = m00 + a * m10 + b * m20
-        n10 = c * m10 + d * m20
-        n20 = e * m10 + g * m20
         n01 = m10 + a * m11 + b * m21
-        n11 = c * m11 + d * m21
-        n21 = e * m11 + g * m21
         n02 = m20 + a * m21 + b * m22
+        n10 = c * m10 + d * m20
+        n11 = c * m11 + d * m21
         n12 = c * m21 + d * m22
+        n20 = e * m10 + g * m20
+        n21 = e * m11 + g * m21
         n22 = e * m21 + g * m22
         q[36 * LANES + lane] = n00 + a * n01 + b * n02 + u[7 * LANES + lane]
         q[43 * LANES + lane] = n10 + a * n11 + b * n12 + u[8 * LANES + lane]

@@ -23,8 +23,8 @@ trudymai2023, eq. (11); barshalom2001, sections 6.2, 6.3.
 
 Differences from the paper
 --------------------------
-It calls sigma an acceleration; for `ca` it is an acceleration increment per mark. `ct`, `gv`, `gd` and `rate` are not in
-the paper.
+It calls sigma an acceleration; for `ca` it is an acceleration increment per mark. `ct`, `gv`, `gd` and `rate` are not
+in the paper.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def known_acceleration(kind, x, out):
     for a in range(13, 16):
         for lane in range(LANES):
             out[a, lane] = 0.0
-    if kind == GV or kind == GD:
+    if kind in (GV, GD):
         for lane in range(LANES):
             out[15, lane] = -GRAVITY_MPS2
     if kind == GD:
@@ -108,7 +108,7 @@ def noise_coefficients(kind, sigma, t, as_rate, base, q):
     sigma : (LANES,) m/s^2, of the step form at the interval `base`
     t : (LANES,) s; as_rate : (LANES,) 1 = rate form, 0 = step form
     """
-    carries = 1.0 if kind == CA or kind == CT else 0.0
+    carries = 1.0 if kind in (CA, CT) else 0.0
     for lane in range(LANES):
         tau = t[lane]
         s = sigma[lane] * sigma[lane]

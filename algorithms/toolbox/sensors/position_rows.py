@@ -8,7 +8,7 @@ A sensor at d with axes A (rows in east, north, up) measures three functions of 
 * `plan`       ground range, azimuth, and X3: a height that is assumed or decoded.
 
 Their errors are independent, so the gradients are rows with the variances s_i^2. With J the derivative of X by the
-coordinates, the converted mark's covariance is R = J diag(s^2) J': the same three gradients J^-1 with the same variances
+coordinates, the converted mark's covariance is R = J diag(s^2) J': the same gradients J^-1 with the same variances
 decorrelate a *converted* mark too, whose innovations are J^-1 (Y - x). The ways to filter differ only in where the
 gradients are taken and in what the innovation is:
 
@@ -30,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels.exponential import log_row
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -142,6 +143,25 @@ def gradients(kind, axes, origin, at, h):
 
 
 @kernel
+def position_covariance(h, sd, lane, out):
+    """Write G diag(sd^2) G', G the inverse of one lane's gradients: the packed covariance (6,) of a converted mark."""
+    a, b, c = h[0, lane], h[1, lane], h[2, lane]
+    d, e, f = h[3, lane], h[4, lane], h[5, lane]
+    g, i, j = h[6, lane], h[7, lane], h[8, lane]
+    det = a * (e * j - f * i) - b * (d * j - f * g) + c * (d * i - e * g)
+    inverse = np.empty((3, 3))
+    inverse[0, 0], inverse[0, 1], inverse[0, 2] = e * j - f * i, c * i - b * j, b * f - c * e
+    inverse[1, 0], inverse[1, 1], inverse[1, 2] = f * g - d * j, a * j - c * g, c * d - a * f
+    inverse[2, 0], inverse[2, 1], inverse[2, 2] = d * i - e * g, b * g - a * i, a * e - b * d
+    for m in range(3):
+        for n in range(m + 1):
+            total = 0.0
+            for k in range(3):
+                total += inverse[m, k] * inverse[n, k] * sd[k] * sd[k]
+            out[m * (m + 1) // 2 + n] = total / (det * det)
+
+
+@kernel
 def _wrap(angle):
     """Bring an angle into -pi to pi."""
     return angle - 2.0 * np.pi * np.floor(angle / (2.0 * np.pi) + 0.5)
@@ -175,14 +195,17 @@ def linearised(mark, way, go, x, rows):
             dx, dy, dz = mark.y[0, lane] - x[0, lane], mark.y[1, lane] - x[3, lane], mark.y[2, lane] - x[6, lane]
             nu = rows.r[3 * i + 0, lane] * dx + rows.r[3 * i + 1, lane] * dy + rows.r[3 * i + 2, lane] * dz
             rows.r[9 + i, lane] = nu if go[lane] > 0.0 else 0.0
-    if way == CONVERTED or way == AT_PREDICTION or mark.kind == CARTESIAN:
+    if way in (CONVERTED, AT_PREDICTION) or mark.kind == CARTESIAN:
         for lane in range(LANES):
             det = (
                 rows.r[0, lane] * (rows.r[4, lane] * rows.r[8, lane] - rows.r[5, lane] * rows.r[7, lane])
                 - rows.r[1, lane] * (rows.r[3, lane] * rows.r[8, lane] - rows.r[5, lane] * rows.r[6, lane])
                 + rows.r[2, lane] * (rows.r[3, lane] * rows.r[7, lane] - rows.r[4, lane] * rows.r[6, lane])
             )
-            rows.log_volume[lane] = -np.log(max(det * det, 1e-300)) if go[lane] > 0.0 else 0.0
+            rows.log_volume[lane] = max(det * det, 1e-300) if go[lane] > 0.0 else 1.0
+        log_row(rows.log_volume, rows.log_volume)
+        for lane in range(LANES):
+            rows.log_volume[lane] = -rows.log_volume[lane]
         return
     measured = np.empty(3)
     for lane in range(LANES):
@@ -191,9 +214,7 @@ def linearised(mark, way, go, x, rows):
         if way == UKF:
             _statistical(mark, lane, x, rows)
             continue
-        coordinates(
-            mark.kind, mark.axes, mark.origin, rows.at[0, lane], rows.at[1, lane], rows.at[2, lane], measured
-        )
+        coordinates(mark.kind, mark.axes, mark.origin, rows.at[0, lane], rows.at[1, lane], rows.at[2, lane], measured)
         for i in range(3):
             nu = mark.z[i, lane] - measured[i]
             # Where the prediction was no point to linearise at, the innovation is counted from the mark.
@@ -204,7 +225,7 @@ def linearised(mark, way, go, x, rows):
 
 @kernel
 def _statistical(mark, lane, x, rows):
-    """Rows of one lane by statistical linearisation: h = P_zx P_xx^-1, noise P_zz - h P_xx h' + R, then decorrelated."""
+    """Rows of one lane by statistical linearisation: h = P_zx P_xx^-1, noise P_zz - h P_xx h' + R, decorrelated."""
     low = np.zeros((3, 3))
     for a in range(3):
         for b in range(a + 1):
