@@ -3,4 +3,4 @@
 from __future__ import annotations
 
 PLAIN_CHARTS = ("plan", "height", "nis", "radial_error")
-MODELS_CHARTS = PLAIN_CHARTS
+MODELS_CHARTS = (*PLAIN_CHARTS, "mode_probabilities")

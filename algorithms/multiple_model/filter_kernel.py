@@ -47,7 +47,7 @@ from algorithms.toolbox.filters.multiple_model import (
     settle_start,
     start_lane,
 )
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, inlined, kernel
 from algorithms.toolbox.kernels.symmetric import solve3
 from algorithms.toolbox.sensors.position_rows import PositionMark, gradients, linearised, position_covariance
 
@@ -74,7 +74,7 @@ def region_of(setup, x, y, z):
     return count
 
 
-@kernel
+@inlined
 def _begin(k, stop, lanes, marks, setup, bank, track, state, now, rows):
     """Decide what each lane does with the rows k to stop; start the lanes that have no track."""
     fresh = 0
@@ -140,7 +140,7 @@ def _start(row, lane, marks, setup, bank, track, state, now, rows):
     now.shown[lane] = 1
 
 
-@kernel
+@inlined
 def _fill(row, lane_row, lanes, marks, now):
     """Copy rows into the lanes: row `row`, or each lane's own of `lane_row` where `row` < 0."""
     for lane in range(lanes):
@@ -152,7 +152,7 @@ def _fill(row, lane_row, lanes, marks, now):
             now.sd[a, lane] = marks.sd[r, a] if good else 1.0
 
 
-@kernel
+@inlined
 def _move(bank, setup, track, work, state, now):
     """Move all hypotheses over `now.dt`; long gaps in steps where they are asked for."""
     for lane in range(LANES):
@@ -178,14 +178,14 @@ def _move(bank, setup, track, work, state, now):
             conclude(bank, track, work, now.stepping)
 
 
-@kernel
+@inlined
 def _predicted(work, out, weight, total):
     """Moments of the predicted hypotheses in `work`."""
     merge_weights(work.log, -1, MOMENT, weight, total)
     merge_moments(work.s, weight, out)
 
 
-@kernel
+@inlined
 def _distances(lanes, mark, setup, now, weight, total, work, rows):
     """Squared distance of the mark from the predicted mixture in each lane."""
     _predicted(work, now.predicted, weight, total)
@@ -210,7 +210,7 @@ def _distances(lanes, mark, setup, now, weight, total, work, rows):
             now.distance[lane] = nu[0] * out[0] + nu[1] * out[1] + nu[2] * out[2]
 
 
-@kernel
+@inlined
 def _choose(k, stop, lanes, marks, setup, bank, track, state, work, rows, now, weight, total, keep, report):
     """In each lane that takes a measurement choose the nearest row within the gate, or none."""
     for lane in range(lanes):
@@ -263,7 +263,7 @@ def _sound(track, lane, models):
     return True
 
 
-@kernel
+@inlined
 def _finish(lanes, marks, setup, bank, track, state, work, now, report, rows):
     """What became of the rows; lanes whose numbers lost their meaning start anew; the manoeuvre detector."""
     models = track.log.shape[0]
@@ -302,7 +302,7 @@ def _finish(lanes, marks, setup, bank, track, state, work, now, report, rows):
     return again
 
 
-@kernel
+@inlined
 def _write(k, stop, lanes, bank, track, work, state, now, report, weight, total):
     """Report the group: the chosen row of each lane, and why the other rows were not."""
     models = track.log.shape[0]
@@ -391,7 +391,7 @@ def filter_groups(marks, setup, bank, track, state, work, rows, now, report, fir
             track.common[:] = now.answer
 
 
-@kernel
+@inlined
 def _same_rows(y, go, x, rows):
     """Innovations of another hypothesis by the rows that all share."""
     for i in range(3):

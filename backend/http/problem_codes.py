@@ -89,7 +89,8 @@ PROBLEMS: dict[str, Kind] = {
     "label_repeated": Kind("A label is used twice", "Charts and tables tell entries apart by their labels."),
     "source_missing": Kind("The run has no source, or several", "Give exactly one."),
     "antenna_direction": Kind(
-        "Nobody knows where the antenna looks", "Bicone angles need the azimuth and elevation of the antenna's boresight."
+        "Nobody knows where the antenna looks",
+        "Bicone angles need the azimuth and elevation of the antenna's boresight.",
     ),
     "merging_structure": Kind(
         "The merging rule does not fit the structure", "GPB1 has one common state, so no hypothesis is the main one."
@@ -98,7 +99,8 @@ PROBLEMS: dict[str, Kind] = {
     "transition_entry": Kind("A transition probability is none", "Probabilities lie between 0 and 1."),
     "transition_sum": Kind("A row of the transition matrix does not sum to one", "A row says where its model may go."),
     "transition_transposed": Kind(
-        "The transition matrix looks transposed", "Its columns sum to one and its rows do not; a row is from, a column to."
+        "The transition matrix looks transposed",
+        "Its columns sum to one and its rows do not; a row is from, a column to.",
     ),
     "transition_root": Kind(
         "The transition matrix cannot be used for these intervals",

@@ -20,6 +20,16 @@ export const words = {
   "Kalman filter with a manoeuvre detector": "Фильтр Калмана с обнаружителем манёвра",
   "One filter whose noise is raised while its innovations are too large: the traditional rival.": "Один фильтр, шум которого повышается, пока невязки слишком велики: традиционный соперник.",
 
+  "Probabilities of the models": "Вероятности моделей",
+  "Vertical error over trials": "Ошибка по высоте по испытаниям",
+  "Vertical velocity error over trials": "Ошибка вертикальной скорости по испытаниям",
+  "Probabilities of the models over trials": "Вероятности моделей по испытаниям",
+  "Probability": "Вероятность",
+  "Mean probability": "Средняя вероятность",
+  "Vertical error (rms), m": "Ошибка по высоте (СКО), м",
+  "Vertical velocity error (rms), m/s": "Ошибка вертикальной скорости (СКО), м/с",
+  "Stacked from the first model of the list; the sum is one.": "Друг на друге, начиная с первой модели списка; сумма равна единице.",
+
   "x vx ax y vy ay z vz az in the local frame; predicted where the row did not enter, NaN where there is none": "x vx ax y vy ay z vz az в местных координатах; прогноз там, где строка не вошла, NaN там, где оценки нет",
   "normalised innovation squared of the most probable model": "нормированный квадрат невязки самой вероятной модели",
   "of each model after the row": "каждой модели после строки",

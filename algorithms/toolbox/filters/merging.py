@@ -28,7 +28,7 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.toolbox.filters.transition import LN_ZERO
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, inlined, kernel
 from algorithms.toolbox.kernels.exponential import exp_row, log_row
 from algorithms.toolbox.kernels.hypothesis import add_9, merge_2_9, merge_3_9
 
@@ -103,7 +103,7 @@ def merge_weights(logs, main, rule, weight, total):
             total[lane] = LN_ZERO
 
 
-@kernel
+@inlined
 def _choose(logs, m, rule, weight, total, lane, top, sum_):
     """Weights of one lane by the rules that may leave hypotheses out; `weight` holds exp(l - top)."""
     k = logs.shape[0]

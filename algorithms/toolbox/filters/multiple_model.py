@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from algorithms.toolbox.filters.merging import MOMENT, log_sum, merge_moments, merge_weights
 from algorithms.toolbox.filters.transition import LN_ZERO, Chains, log_transitions
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, inlined, kernel
 from algorithms.toolbox.kernels.exponential import log_row
 from algorithms.toolbox.kernels.hypothesis import predict_9, update_9
 from algorithms.toolbox.motion.models import (
@@ -185,7 +185,7 @@ def start_lane(bank, track, lane, position, covariance, velocity_variance, accel
     track.lead[lane] = 0
 
 
-@kernel
+@inlined
 def settle_start(bank, track, work, fresh):
     """After `start_lane`: known accelerations, and the common state of the lanes with fresh = 1."""
     n = track.log.shape[0]
@@ -216,7 +216,7 @@ def _blend(source, target, go):
                 target[i, lane] = source[i, lane]
 
 
-@kernel
+@inlined
 def _predict(bank, model, s, dt, work, boost):
     """Predict one hypothesis with one model; the coefficients of linear models live as long as the intervals do."""
     kind = bank.kinds[model]
@@ -231,7 +231,7 @@ def _predict(bank, model, s, dt, work, boost):
     predict_9(s, c)
 
 
-@kernel
+@inlined
 def advance(bank, track, work, dt, region):
     """Move all hypotheses over dt (LANES,) s, in `work`; return the largest clip of a transition power (NaN = none)."""
     n = track.log.shape[0]
@@ -264,7 +264,7 @@ def advance(bank, track, work, dt, region):
     return clip
 
 
-@kernel
+@inlined
 def absorb(work, which, rows, log_volume):
     """Let one hypothesis take the mark.
 
@@ -281,7 +281,7 @@ def absorb(work, which, rows, log_volume):
         work.log[which, lane] = max(work.log[which, lane] + value, LN_ZERO)
 
 
-@kernel
+@inlined
 def conclude(bank, track, work, go):
     """Take the mark over into the lanes with go = 1: probabilities, states, merging after the mark."""
     n = track.log.shape[0]

@@ -1,0 +1,83 @@
+"""Probability of each motion model over time, stacked, for each algorithm with several models."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from backend.charts import theme
+from backend.charts.figure import ChartNote, Trace, axis, figure, not_applicable, time_axis, trace
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
+
+TITLE = "Probabilities of the models"
+# Stacked areas of a long recording: of every so many points the first one.
+POINTS = 2000
+OPACITY = 0.55
+
+
+def draw(view: RunView, options: ChartOptions) -> Figure:
+    """Draw a band of panels, one for each entry, probabilities stacked from the first model up."""
+    found = [entry for entry in view.entries if len(entry.table("mode_probabilities"))]
+    if not found:
+        return not_applicable(TITLE, "no_models")
+    traces: list[Trace] = []
+    layout: dict[str, Any] = {}
+    height = 1 / len(found)
+    for i, entry in enumerate(found):
+        suffix = "" if i == 0 else str(i + 1)
+        top = 1 - i * height
+        layout[f"yaxis{suffix}"] = axis(
+            "Probability" if len(found) == 1 else entry.label,
+            range=[0, 1],
+            domain=[top - height * (0.85 if len(found) > 1 else 1), top],
+        )
+        traces += _areas(entry, suffix, i)
+    return figure(
+        TITLE,
+        traces,
+        recording=view.recording,
+        notes=[ChartNote("stacked", "Stacked from the first model of the list; the sum is one.")],
+        xaxis=time_axis(view.recording),
+        **layout,
+    )
+
+
+def _areas(entry: Entry, suffix: str, panel: int) -> list[Trace]:
+    table = entry.table("mode_probabilities")
+    models = np.array(table.columns["model"], object)
+    names = list(dict.fromkeys(models.tolist()))
+    time = np.asarray(table.columns["time_s"], float)
+    probability = np.asarray(table.columns["probability"], float)
+    out = []
+    for m, name in enumerate(names):
+        rows = np.flatnonzero(models == name)
+        rows = rows[:: max(1, rows.size // POINTS)]
+        color = theme.series_color(m)
+        out.append(
+            trace(
+                "series",
+                time[rows],
+                probability[rows].astype(np.float32),
+                entry=entry,
+                name=f"{entry.label}, {name}",
+                mode="lines",
+                line={"width": 0.5, "color": color},
+                fillcolor=theme.faint(color, OPACITY),
+                stackgroup=f"models{panel}",
+                yaxis=f"y{suffix}",
+                hovertemplate=f"<b>{name}</b><br>%{{y:.3f}}<br>%{{x:.5~g}} s<extra>{entry.label}</extra>",
+            )
+        )
+    return out
+
+
+CHART = Chart(
+    name="mode_probabilities",
+    title=TITLE,
+    source="run",
+    needs=("mode_probabilities",),
+    draw=draw,
+    kinds=("antenna_plots", "polar_plots"),
+    overlay="time",
+)
