@@ -128,7 +128,9 @@ class MotionParameters(MeasurementParameters):
         },
     )
     """Whose the measurements of a target are."""
-    gate_probability: float = parameter(0.9999, title="Gate probability", unit="1", group="association", ge=0.5, lt=1)
+    gate_probability: float = parameter(
+        0.9999, title="Gate probability", unit="1", group="association", ge=0.5, le=0.999999
+    )
     """Share of the target's own plots inside the gate; it is used where the nearest plot is chosen."""
     coasting_gate: float = parameter(
         2.0, title="Gate while coasting", unit="1", group="association", advanced=True, ge=1, le=10
