@@ -14,10 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
+
+from algorithms.toolbox.monte_carlo.order import Ordered
 
 Floats = NDArray[np.float64]
 LEVEL = 0.95
@@ -48,6 +51,7 @@ class Moments:
         return max(spread, 0.0) / self.d**2 * self.trials / (self.trials - 1)
 
 
+@lru_cache(maxsize=64)
 def student(trials: int) -> float:
     """Quantile that bounds 95 % on both sides, of a mean over so many trials."""
     return float(stats.t.ppf((1 + LEVEL) / 2, trials - 1)) if trials > 1 else float("nan")
@@ -100,27 +104,25 @@ def quantiles_with_intervals(
     """Quantiles of values (K, N) of N trials: each with its interval and the number of values; NaN = none."""
     nan = float("nan")
     finite = np.isfinite(values)
-    flat = np.sort(values[finite])
-    if flat.size == 0:
+    ordered = Ordered(values[finite])
+    if ordered.size == 0:
         return [(nan, nan, nan, 0)] * len(shares)
-    d = finite.sum(axis=0).astype(float)
+    d = _per_trial(finite)
     out = []
     for p in shares:
-        q = _of_sorted(flat, p)
-        below = (values <= q).sum(axis=0).astype(float)
+        q = ordered.quantile(p)
+        below = _per_trial(values <= q)
         m = Moments(values.shape[1], below.sum(), d.sum(), below @ below, below @ d, d @ d)
         low = high = nan
         if np.isfinite(m.variance) and 0 < p < 1:
             half = student(m.trials) * np.sqrt(m.variance)
             ends = np.clip([p - half, p + half], 0.0, 1.0)
-            low, high = (float(flat[min(int(end * flat.size), flat.size - 1)]) for end in ends)
+            low, high = (float(ordered.at(min(int(end * ordered.size), ordered.size - 1))) for end in ends)
             low, high = min(low, q), max(high, q)
-        out.append((q, low, high, int(flat.size)))
+        out.append((q, low, high, ordered.size))
     return out
 
 
-def _of_sorted(flat: NDArray[np.float32], p: float) -> float:
-    """Quantile of sorted values, between neighbours by a straight line (the usual one, without sorting again)."""
-    at = p * (flat.size - 1)
-    low = int(at)
-    return float(flat[low]) + (at - low) * float(flat[min(low + 1, flat.size - 1)] - flat[low])
+def _per_trial(hits: NDArray[np.bool_]) -> Floats:
+    """How many of each column are true; 32 bits are added several times faster than 64."""
+    return np.add.reduce(hits, axis=0, dtype=np.int32).astype(float)

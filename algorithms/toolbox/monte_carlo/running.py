@@ -157,8 +157,11 @@ class Running:
                 out[declared.metric] = value
                 stem = declared.metric
                 if declared.chi_square:
-                    out[f"{stem}_low"] = np.where(d > 0, stats.chi2.ppf(0.025, d) / d, np.nan)
-                    out[f"{stem}_high"] = np.where(d > 0, stats.chi2.ppf(0.975, d) / d, np.nan)
+                    # The bounds take long to find, and at most instants the degrees of freedom are the same.
+                    few, place = np.unique(d, return_inverse=True)
+                    low, high = (stats.chi2.ppf(share, few)[place] for share in (0.025, 0.975))
+                    out[f"{stem}_low"] = np.where(d > 0, low / d, np.nan)
+                    out[f"{stem}_high"] = np.where(d > 0, high / d, np.nan)
                 elif declared.root and declared.compared:
                     # At one instant each trial counts once or not at all, so d is a number of trials.
                     variance = np.maximum(nn / d - ratio**2, 0) / (d - 1)
@@ -249,7 +252,11 @@ class Running:
         return self._first[entry]
 
     def _values(self, entry: int) -> list[NDArray[np.float32]]:
-        return [np.concatenate(parts, axis=1) for parts in self._samples[entry]]
+        """Kept values of all trials so far; joined once and for all."""
+        for i, parts in enumerate(self._samples[entry]):
+            if len(parts) > 1:
+                self._samples[entry][i] = [np.concatenate(parts, axis=1)]
+        return [parts[0] for parts in self._samples[entry]]
 
     def _rows_of(self, entry: int, g: int) -> NDArray[np.int64]:
         first = self._first[entry]
