@@ -37,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def study(options: argparse.Namespace) -> int:
     """Simulate, compute, judge the claims, print them, write what was asked for."""
     from algorithms.registry import studies_by_name
+    from backend.jobs.gathering import gathered
     from backend.jobs.trial_results import compose
 
     declared = studies_by_name().get(options.name)
@@ -48,7 +49,7 @@ def study(options: argparse.Namespace) -> int:
     prepared_folder(options.out, options.overwrite)
     with ProgressBar(declared.name) as bar:
         blocks = _computed(plan, seed, options.workers or os.cpu_count() or 1, bar.show)
-    composed = compose(plan, blocks, declared.name)
+    composed = compose(gathered(plan, blocks), declared.name)
     finished = LocalRun(declared.title, entries, source, _first_trial(composed.arrays), composed)
     claims = _claims(composed)
     about = {

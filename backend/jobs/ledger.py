@@ -9,7 +9,10 @@ from __future__ import annotations
 import datetime as dt
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from algorithms.errors import FilterRoomError
 from algorithms.recording import recording_from_arrays
@@ -25,6 +28,9 @@ from backend.jobs.collection import collect
 from backend.jobs.outcome import Outcome, block_arrays, outcome_of
 from backend.jobs.plan import Plan, RecordingPlan, TrialsPlan
 from backend.jobs.work import AnyBlock, Block, TrialsBlock
+
+if TYPE_CHECKING:
+    from backend.jobs.gathering import Gathering
 
 # How long idempotency keys and events that belong to no run are kept.
 KEEP_KEYS = dt.timedelta(days=7)
@@ -95,29 +101,38 @@ def trials_block(plan: TrialsPlan, position: int, *, token: str, seed: int) -> T
     )
 
 
-def keep(database: Database, store: Store, run: runs.Run, plan: Plan, position: int, outcome: Outcome) -> None:
-    """Store a finished block: a restarted server need not compute it again."""
+def keep(
+    database: Database, store: Store, run: runs.Run, plan: Plan, position: int, outcome: Outcome
+) -> Mapping[str, NDArray[Any]]:
+    """Store a finished block, so that a restarted server need not compute it again, and return what was stored."""
     label = plan.name_of(position)
+    arrays = block_arrays(outcome)
+    if isinstance(plan, TrialsPlan):
+        # As they come back from the disk: the order of a sum may follow that of the memory.
+        arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
     with store.guard():
-        sha256 = store.put_arrays(block_arrays(outcome))
+        sha256 = store.put_arrays(arrays)
         with database.write() as connection:
             outcomes.store_block(connection, run.id, position, sha256)
             events.append_log(connection, run.id, f"{label}: finished in {outcome.seconds:.2f} s.")
             for note in outcome.notes:
                 events.append_log(connection, run.id, f"{label}: {note['detail']}", "warning")
+    return arrays
 
 
-def finish(database: Database, store: Store, run: runs.Run, plan: Plan) -> None:
-    """Put the stored blocks of a run together and make it succeeded."""
+def finish(database: Database, store: Store, run: runs.Run, plan: Plan, gathering: Gathering | None = None) -> None:
+    """Put the stored blocks of a run together and make it succeeded; `gathering` has seen some of them already."""
     with database.read() as connection:
         blobs = outcomes.finished_blocks(connection, run.id)
     if isinstance(plan, TrialsPlan):
         # Its statistics need scipy, for which no server waits at its start.
         from backend.jobs import trial_results
+        from backend.jobs.gathering import Gathering
 
-        composed = trial_results.compose(
-            plan, {p: store.get_arrays(blob) for p, blob in blobs.items()}, run.source.get("study")
-        )
+        gathering = gathering or Gathering(plan)
+        for position in gathering.missing:
+            gathering.add(position, store.get_arrays(blobs[position]))
+        composed = trial_results.compose(gathering, run.source.get("study"))
     else:
         blocks = [outcome_of(store.get_arrays(blobs[p])) for p in range(plan.size)]
         composed = results.compose([e.label for e in run.algorithms], blocks)

@@ -21,6 +21,7 @@ from backend.db.engine import Database
 from backend.errors import StateError
 from backend.files.store import Store
 from backend.jobs import results, trial_results
+from backend.jobs.gathering import bounds_in, sums_in
 from backend.jobs.plan import TrialsPlan, plan_of
 
 # Runs whose statistics are kept between two looks.
@@ -96,9 +97,9 @@ def partial_run(database: Database, store: Store, run: runs.Run) -> PartialRun |
 
 def _add(kept: PartialRun, position: int, arrays: Mapping[str, NDArray[Any]]) -> None:
     cell, _ = kept.plan.place_of(position)
-    running = kept.statistics.setdefault(cell.index, Running(len(kept.plan.variants)))
-    running.add(trial_results.sums_in(arrays, len(kept.plan.variants)))
-    kept.bounds |= {(cell.index, k): bound for k, bound in trial_results.bounds_in(arrays).items()}
+    running = kept.statistics.setdefault(cell.index, Running(len(kept.plan.variants), samples=False))
+    running.add(sums_in(arrays, len(kept.plan.variants)))
+    kept.bounds |= {(cell.index, k): bound for k, bound in bounds_in(arrays).items()}
     if position == 0:
         kept.first = {
             name.removeprefix("array/recording/"): arrays[name]

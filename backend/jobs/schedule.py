@@ -6,10 +6,13 @@ import time
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from backend.db.runs import Run
 from backend.jobs.plan import Plan
+
+if TYPE_CHECKING:
+    from backend.jobs.gathering import Gathering
 
 # A block that ended with its worker is sent again this often.
 RETRIES = 2
@@ -28,6 +31,8 @@ class ActiveRun:
     shares: dict[int, float] = field(default_factory=dict)
     reported: int = -1
     reported_at: float = 0.0
+    gathering: Gathering | None = None
+    """Statistics of the blocks of simulated trials that came back so far; None where nobody keeps them."""
     told: str = ""
     """Why it waits, as its log says."""
 

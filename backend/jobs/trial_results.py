@@ -20,28 +20,24 @@ from algorithms.result import Column, Metric, Note, Table
 from algorithms.studies import StudyRun
 from algorithms.texts import Texts
 from algorithms.toolbox.monte_carlo.running import Running
-from algorithms.toolbox.monte_carlo.sums import Sums
 from backend.db.outcomes import StoredTable
 from backend.files.store import json_array
 from backend.jobs import results
+from backend.jobs.gathering import Arrays, Gathering, under
 from backend.jobs.outcome import Outcome, finite, outcome_of
 from backend.jobs.plan import TrialsPlan, Variant, series_name
-
-Arrays = Mapping[str, NDArray[Any]]
 
 _METRIC_COLUMNS = ("value", "ci95_low", "ci95_high")
 
 
-def compose(plan: TrialsPlan, blocks: Mapping[int, Arrays], study: str | None = None) -> results.Composed:
-    """Put the finished blocks of a run together, in the order of its cells and trials; judge what a study claims."""
-    statistics = {cell.index: _running(plan, blocks, cell.index) for cell in plan.cells}
-    firsts = {cell.index: plan.positions_of(cell.index)[0] for cell in plan.cells}
-    bounds = {(cell, k): bound for cell, p in firsts.items() for k, bound in bounds_in(blocks[p]).items()}
-    examples = _examples(plan, blocks[0])
+def compose(gathering: Gathering, study: str | None = None) -> results.Composed:
+    """Put together what the blocks of a run gave, in the order of its cells and trials; judge what a study claims."""
+    plan, statistics, bounds = gathering.plan, gathering.statistics, gathering.bounds
+    examples = _examples(plan, gathering.first)
     labels = list(examples)
     composed = results.compose(labels, [examples[label][0] for label in labels])
     arrays = dict(composed.arrays)
-    arrays |= {name: array for name, array in blocks[0].items() if name.startswith("array/recording/")}
+    arrays |= {name: array for name, array in gathering.first.items() if name.startswith("array/recording/")}
     arrays = {name.removeprefix("array/"): array for name, array in arrays.items()}
     counts = {"curves": dict.fromkeys(labels, 0)}
     for label in labels:
@@ -63,7 +59,7 @@ def compose(plan: TrialsPlan, blocks: Mapping[int, Arrays], study: str | None = 
             **entry,
             "tables": {**entry["tables"], **({"curves": count} if (count := counts["curves"][entry["label"]]) else {})},
             "notes": [*entry["notes"], *_thinned(plan)],
-            "seconds": _seconds(plan, blocks, entry["label"]),
+            "seconds": _seconds(gathering, entry["label"]),
             "variants": len(examples[entry["label"]][1]),
             "settings": _settings(examples[entry["label"]]),
         }
@@ -104,16 +100,6 @@ def summary(plan: TrialsPlan, metrics: Mapping[tuple[int, int], list[Metric]]) -
     return out
 
 
-def sums_in(arrays: Arrays, variants: int) -> list[Sums]:
-    """Sums of a stored block, one for each variant."""
-    return [Sums.from_arrays(_under(arrays, f"array/{k}/")) for k in range(variants)]
-
-
-def bounds_in(arrays: Arrays) -> dict[int, NDArray[Any]]:
-    """Lower bounds by variant; only the first block of a cell has them."""
-    return {int(name.split("/")[1]): arrays[name] for name in arrays if name.endswith("/bound")}
-
-
 def curves_of(
     plan: TrialsPlan, statistics: Mapping[int, Running], bounds: Mapping[tuple[int, int], NDArray[Any]]
 ) -> Table | None:
@@ -122,18 +108,6 @@ def curves_of(
     tables = {label: _curves(plan, bounds, statistics, label, quantiles=False) for label in labels}
     found = {label: table for label, table in tables.items() if table is not None}
     return results.joined(found) if found else None
-
-
-def _running(plan: TrialsPlan, blocks: Mapping[int, Arrays], cell: int) -> Running:
-    running = Running(len(plan.variants))
-    for position in plan.positions_of(cell):
-        running.add(sums_in(blocks[position], len(plan.variants)))
-    return running
-
-
-def _under(arrays: Arrays, prefix: str) -> dict[str, NDArray[Any]]:
-    """Arrays whose names begin with a prefix, without it."""
-    return {name.removeprefix(prefix): arrays[name] for name in arrays if name.startswith(prefix)}
 
 
 def _lines(plan: TrialsPlan, statistics: Mapping[int, Running]) -> Iterable[tuple[int, int, Variant, Running]]:
@@ -317,7 +291,7 @@ def _examples(plan: TrialsPlan, arrays: Arrays) -> dict[str, tuple[Outcome, list
     """First trial of the first cell by label: the first variant whole, and the settings of all its variants."""
     out: dict[str, tuple[Outcome, list[dict[str, Any]]]] = {}
     for k, variant in enumerate(plan.variants):
-        example = outcome_of(_under(arrays, f"array/{k}/example/"))
+        example = outcome_of(under(arrays, f"array/{k}/example/"))
         out.setdefault(variant.label, (example, []))[1].append(example.settings)
     return out
 
@@ -330,10 +304,10 @@ def _thinned(plan: TrialsPlan) -> list[dict[str, Any]]:
     return [asdict(Note("quantiles_thinned", detail, plan.keep_every))]
 
 
-def _seconds(plan: TrialsPlan, blocks: Mapping[int, Arrays], label: str) -> float:
+def _seconds(gathering: Gathering, label: str) -> float:
     """Time of computation of a label over all blocks."""
-    own = [k for k, variant in enumerate(plan.variants) if variant.label == label]
-    return round(sum(float(arrays["array/seconds"][own].sum()) for arrays in blocks.values()), 3)
+    own = [k for k, variant in enumerate(gathering.plan.variants) if variant.label == label]
+    return round(float(gathering.seconds[own].sum()), 3)
 
 
 def _settings(example: tuple[Outcome, list[dict[str, Any]]]) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from algorithms.errors import AlgorithmError, FilterRoomError, InputError, Param
 from algorithms.recording import Recording, recording_from_arrays
 from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.spec import Algorithm, Parameters, trial_stream
-from algorithms.toolbox.monte_carlo.batches import batches
+from algorithms.toolbox.monte_carlo.batches import BATCH, batches
 from algorithms.toolbox.monte_carlo.sums import Sums, joined, sums_of
 from backend.files.joining import join_recordings
 from backend.jobs.outcome import Outcome, block_arrays
@@ -106,7 +106,7 @@ def run_block(block: AnyBlock, report: Callable[[float], None]) -> Outcome:
     # Compiled functions are imported where they are computed: the server, which only sends blocks, does without.
     from algorithms.warm_up import have_compiled
 
-    context = BlockContext(block.token, block.seed, report)
+    context = BlockContext(block.token, block.seed, report, _next_report=time.monotonic() + REPORT_S)
     try:
         # Before anything is compiled here: a worker that did would give other last digits than one that loads.
         have_compiled()
@@ -229,7 +229,8 @@ def _compute_trials(block: TrialsBlock, context: BlockContext) -> Outcome:
             context.check_cancelled()
             assert algorithm.score is not None, "runs on scenarios are checked before they are queued"
             began = time.perf_counter()
-            parts[k].append(sums_of(algorithm.score(recording, parameters, batch), legs, block.keep_every))
+            scores = algorithm.score(recording, parameters, batch)
+            parts[k].append(sums_of(scores, legs, block.keep_every, first // BATCH))
             seconds[k] += time.perf_counter() - began
             if first == 0 and algorithm.bound is not None:
                 bound = algorithm.bound(recording, parameters)

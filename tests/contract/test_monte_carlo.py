@@ -16,6 +16,7 @@ from algorithms.studies import Study
 from algorithms.toolbox.monte_carlo.batches import BATCH, tasks
 from backend.db.runs import Entry
 from backend.jobs import trial_results, work
+from backend.jobs.gathering import gathered
 from backend.jobs.outcome import block_arrays
 from backend.jobs.plan import TrialsPlan, trials_plan
 from backend.jobs.work import TrialsBlock
@@ -63,7 +64,7 @@ def composed() -> Callable[[Algorithm, Scenario], Any]:
         key = (algorithm.name, scenario.name)
         if key not in known:
             plan = plan_of(algorithm, scenario, 2)
-            known[key] = trial_results.compose(plan, blocks_of(plan))
+            known[key] = trial_results.compose(gathered(plan, blocks_of(plan)))
         return known[key]
 
     return compose
@@ -75,7 +76,7 @@ def test_the_same_bytes_under_another_cut(
 ) -> None:
     plan = plan_of(algorithm, scenario, 1)
     assert list(plan.tasks) == tasks(TRIALS, 1)
-    fine, coarse = trial_results.compose(plan, blocks_of(plan)), composed(algorithm, scenario)
+    fine, coarse = trial_results.compose(gathered(plan, blocks_of(plan))), composed(algorithm, scenario)
     assert fine.arrays.keys() == coarse.arrays.keys()
     for name, array in coarse.arrays.items():
         assert np.asarray(array).tobytes() == np.asarray(fine.arrays[name]).tobytes(), name
@@ -166,7 +167,7 @@ def test_cells_of_different_length_keep_their_values_and_thinning_is_told() -> N
         {"preset": scenario.name, "parameters": {"legs": []}}, entries, {"scenario.duration_s": [12.0, 24.0]},
         trials=3, batches_per_task=1, keep_every=2,
     )  # fmt: skip
-    composed = trial_results.compose(plan, blocks_of(plan))
+    composed = trial_results.compose(gathered(plan, blocks_of(plan)))
     kept = [composed.arrays[f"{algorithm.name}/trials/horizontal_m/{i}"].shape for i in range(2)]
     assert kept == [(7, 3), (13, 3)]
     assert [len(composed.arrays[f"{algorithm.name}/trials/kept_time_s/{i}"]) for i in range(2)] == [7, 13]

@@ -14,6 +14,7 @@ import pytest
 
 from backend.db.runs import Entry
 from backend.jobs import trial_results, work
+from backend.jobs.gathering import gathered
 from backend.jobs.outcome import block_arrays
 from backend.jobs.plan import trials_plan
 from backend.jobs.work import TrialsBlock
@@ -45,7 +46,7 @@ def metrics_of(preset: str, trials: int, sweep: Mapping[str, list[Any]]) -> list
         outcome = work.run_block(block, lambda _: None)
         assert outcome.kind == "done", (outcome.error, outcome.trace)
         blocks[position] = block_arrays(outcome)
-    (table,) = (t for t in trial_results.compose(plan, blocks).tables if t.name == "metrics")
+    (table,) = (t for t in trial_results.compose(gathered(plan, blocks)).tables if t.name == "metrics")
     names = [name for name, _ in table.columns]
     return [dict(zip(names, row, strict=True)) for row in table.rows]
 

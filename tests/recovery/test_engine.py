@@ -173,7 +173,8 @@ def test_a_deadly_block_fails_its_run_and_spares_the_others(house: House, tmp_pa
     assert run.error["code"] == "worker_died"
     assert len(marker.read_text().splitlines()) == 3
     for other in others:
-        assert house.wait(other, "succeeded", "failed").state == "succeeded"
+        done = house.wait(other, "succeeded", "failed")
+        assert done.state == "succeeded", (done.error, log(house, other))
 
 
 def test_a_late_run_does_not_wait_for_all_of_an_early_one(house: House) -> None:

@@ -133,7 +133,7 @@ def test_goes_on_when_the_scheduler_is_there_or_is_back(
     site: Site, house: House, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("backend.jobs.cluster.CONNECT_S", 1)
-    monkeypatch.setattr("backend.jobs.engine.RETRY_S", 0.5)
+    monkeypatch.setattr("backend.jobs.crew.RETRY_S", 0.5)
     house.engine.start()
     wait_for(lambda: house.engine.status().state == "failed", "it is said that nobody answers", 30)
     assert f"The scheduler tls://127.0.0.1:{site.port} does not answer" in house.engine.status().detail

@@ -55,21 +55,21 @@ def house(plugin: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ho
 def test_a_block_and_a_result_wait_until_they_can_be_stored(
     house: House, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    markers = [tmp_path / f"starts {i}" for i in range(2)]
-    run_id = house.queue(*[{"seconds": s, "marker": str(m)} for m, s in zip(markers, (0.5, 0.0), strict=True)])
+    markers = [tmp_path / f"starts {i}" for i in range(3)]
+    run_id = house.queue(*[{"seconds": s, "marker": str(m)} for m, s in zip(markers, (0.5, 0.0, 0.0), strict=True)])
     wait_for(markers[0].exists, "the first block is under way")
     with locked(house.settings.data_dir):
         wait_for(lambda: "cannot go on" in caplog.text, "it is logged", 10)
         with pytest.raises(UnavailableError, match="locked"):
             house.engine.cancel(run_id)
         assert house.run(run_id).state == "running"
-        assert not markers[1].exists(), "what is computed meanwhile could not be stored either"
+        assert not markers[2].exists(), "of what could not be stored either, no more than one block is computed"
     run = house.wait(run_id, "succeeded", "failed")
     assert run.error is None
-    assert [len(m.read_text().splitlines()) for m in markers] == [1, 1], "nothing is computed twice"
+    assert [len(m.read_text().splitlines()) for m in markers] == [1, 1, 1], "nothing is computed twice"
     assert caplog.text.count("cannot go on") == 1, "the same trouble is logged once"
     assert "Traceback" not in caplog.text
-    assert run.result_sha256 == house.wait(house.queue({}, {}), "succeeded").result_sha256
+    assert run.result_sha256 == house.wait(house.queue({}, {}, {}), "succeeded").result_sha256
 
 
 def test_a_failure_is_written_down_later(house: House, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -112,7 +112,7 @@ def quantiles_with_intervals(
     for p in shares:
         q = ordered.quantile(p)
         below = _per_trial(values <= q)
-        m = Moments(values.shape[1], below.sum(), d.sum(), below @ below, below @ d, d @ d)
+        m = Moments(values.shape[1], *(float(v) for v in (below.sum(), d.sum(), below @ below, below @ d, d @ d)))
         low = high = nan
         if np.isfinite(m.variance) and 0 < p < 1:
             half = student(m.trials) * np.sqrt(m.variance)

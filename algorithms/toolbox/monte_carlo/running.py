@@ -24,7 +24,7 @@ from algorithms.toolbox.monte_carlo.intervals import (
     quantiles_with_intervals,
     student,
 )
-from algorithms.toolbox.monte_carlo.sums import Sums
+from algorithms.toolbox.monte_carlo.sums import Node, Sums, fold, nodes_of
 
 QUANTILES = {"median": 0.5, "p75": 0.75, "p90": 0.9, "p99": 0.99, "max": 1.0}
 CURVE_QUANTILES = ("median", "p90")
@@ -57,34 +57,40 @@ class Comparison:
 class Running:
     """Statistics of one scenario cell over its algorithms (entries)."""
 
-    def __init__(self, entries: int) -> None:
+    def __init__(self, entries: int, *, samples: bool = True) -> None:
+        """Without `samples` single values are forgotten: there are no quantiles then."""
         self._entries = entries
+        self._with_samples = samples
         self._first: list[Sums] = []
         self._own: list[Floats] = []
         self._pairs: dict[tuple[int, int], Floats] = {}
-        self._curve: list[Floats] = []
+        self._nodes: list[list[Node]] = []
         self._samples: list[list[list[NDArray[np.float32]]]] = []
+        self._settled: dict[int, tuple[list[Metric], dict[str, Floats]]] = {}
         self.trials = 0
 
     def add(self, parts: Sequence[Sums]) -> None:
         """Add consecutive trials: the sums of every entry over the same draws."""
+        self._settled.clear()
         if not self._first:
             self._first = list(parts)
             self._own = [np.zeros((5, *p.numerator.shape[:2])) for p in parts]
-            self._curve = [np.zeros((3, *p.curve.shape[2:])) for p in parts]
+            self._nodes = [[] for _ in parts]
             self._samples = [[[] for _ in p.layout.sampled] for p in parts]
         lanes = parts[0].numerator.shape[2]
         # Batch by batch, so that the sums do not depend on how many batches came together.
-        for b, begin in enumerate(range(0, lanes, BATCH)):
+        for begin in range(0, lanes, BATCH):
             cut = slice(begin, min(begin + BATCH, lanes))
             for e, part in enumerate(parts):
                 n, d = part.numerator[:, :, cut], part.denominator[:, :, cut]
                 self._own[e] += np.stack([n.sum(2), d.sum(2), (n * n).sum(2), (n * d).sum(2), (d * d).sum(2)])
-                self._curve[e] += part.curve[:, b]
             self._add_pairs(parts, cut)
         for e, part in enumerate(parts):
-            for i, values in enumerate(part.samples):
-                self._samples[e][i].append(values)
+            for node in nodes_of(part):
+                fold(self._nodes[e], node)
+            if self._with_samples:
+                for i, values in enumerate(part.samples):
+                    self._samples[e][i].append(values)
         self.trials += lanes
 
     def _add_pairs(self, parts: Sequence[Sums], cut: slice) -> None:
@@ -116,8 +122,15 @@ class Running:
         n, d, nn, nd, dd = self._own[entry][:, q, g]
         return Moments(self.trials, n, d, nn, nd, dd)
 
+    def settle(self) -> None:
+        """Compute what takes time as soon as the last trials are added, and keep it until it is asked for."""
+        for entry in range(self._entries):
+            self._settled[entry] = self.metrics(entry), self.curves(entry)
+
     def metrics(self, entry: int, *, quantiles: bool = True) -> list[Metric]:
         """All metrics of an entry with their intervals, group by group."""
+        if quantiles and entry in self._settled:
+            return self._settled[entry][0]
         first = self._first[entry]
         samples = self._values(entry) if quantiles else []
         out: list[Metric] = []
@@ -143,12 +156,15 @@ class Running:
 
     def curves(self, entry: int, *, quantiles: bool = True) -> dict[str, Floats]:
         """Columns over the instants: each metric with a curve, its interval or chi-square bounds, and quantiles."""
+        if quantiles and entry in self._settled:
+            return self._settled[entry][1]
         first = self._first[entry]
+        sums = np.add.reduce([node.curve for node in self._nodes[entry]])
         out: dict[str, Floats] = {}
         with np.errstate(invalid="ignore", divide="ignore"):
             for c, q in enumerate(first.layout.curves):
                 declared = first.layout.counted[q]
-                n, d, nn = self._curve[entry][:, c]
+                n, d, nn = sums[:, c]
                 ratio = np.where(d > 0, n / d, np.nan)
                 if declared.spread:
                     mean = self._curve[entry][0, c - 1] / d
@@ -208,7 +224,7 @@ class Running:
         trial are correlated, so no bound holds for their mean.
         """
         first = self._first[entry]
-        curves = self.curves(entry, quantiles=False)
+        curves = self.curves(entry, quantiles=entry in self._settled)
         out: list[dict[str, object]] = []
         for q, c in enumerate(first.layout.counted):
             if not c.chi_square or not c.curve:

@@ -62,12 +62,13 @@ class Layout:
 
 @dataclass(frozen=True)
 class Sums:
-    """Sums of some batches of trials: N trials, B batches, G groups, Q tallies, C of them with curves, T instants.
+    """Sums of some batches of trials: N trials, B sums over batches, G groups, Q tallies, C with curves, T instants.
 
     Attributes
     ----------
     numerator, denominator : (Q, G, N)
-    curve : (3, B, C, T), sums over each batch of numerator, denominator and squared numerator
+    curve : (3, B, C, T), sums over some batches of numerator, denominator and squared numerator
+    nodes : (B, 2) over which: number of the first batch, and of how many (see `fold`)
     samples : one for each sample, (K, N) float32 at the instants `kept`, or (1, N) where there is one value a trial
     time_s, target : (T,)
     kept : (K,) instants of which single values are kept
@@ -78,6 +79,7 @@ class Sums:
     numerator: Floats
     denominator: Floats
     curve: Floats
+    nodes: Ints
     samples: tuple[NDArray[np.float32], ...]
     time_s: Floats
     target: Ints
@@ -91,6 +93,7 @@ class Sums:
             "numerator": self.numerator,
             "denominator": self.denominator,
             "curve": self.curve,
+            "nodes": self.nodes,
             "time_s": self.time_s,
             "target": self.target,
             "kept": self.kept,
@@ -113,6 +116,7 @@ class Sums:
             numerator=arrays["numerator"],
             denominator=arrays["denominator"],
             curve=arrays["curve"],
+            nodes=arrays["nodes"],
             samples=tuple(arrays[f"sample/{i}"] for i in range(len(layout.sampled))),
             time_s=arrays["time_s"],
             target=arrays["target"],
@@ -121,8 +125,8 @@ class Sums:
         )
 
 
-def sums_of(scores: Scores, legs: Sequence[Leg], keep_every: int = 1) -> Sums:
-    """Add up the scores of one batch; single values are kept of every `keep_every`-th instant."""
+def sums_of(scores: Scores, legs: Sequence[Leg], keep_every: int = 1, batch: int = 0) -> Sums:
+    """Add up the scores of one batch, the `batch`-th; single values are kept of every `keep_every`-th instant."""
     groups = _groups(scores, legs)
     tallies = scores.tallies
     lanes = tallies[0].numerator.shape[-1]
@@ -168,23 +172,59 @@ def sums_of(scores: Scores, legs: Sequence[Leg], keep_every: int = 1) -> Sums:
     membership = np.zeros((len(groups), scores.time_s.size), np.bool_)
     for g, (_, _, rows) in enumerate(groups):
         membership[g, rows] = True
-    return Sums(layout, numerator, denominator, curve, samples, scores.time_s, scores.target, kept, membership)
+    nodes = np.array([[batch, 1]])
+    return Sums(layout, numerator, denominator, curve, nodes, samples, scores.time_s, scores.target, kept, membership)
 
 
 def joined(parts: Sequence[Sums]) -> Sums:
-    """Put the sums of consecutive batches together; nothing is added yet."""
+    """Put the sums of consecutive batches together; curves are added up as far as `fold` goes."""
     first = parts[0]
+    nodes: list[Node] = []
+    for part in parts:
+        for node in nodes_of(part):
+            fold(nodes, node)
     return Sums(
         layout=first.layout,
         numerator=np.concatenate([p.numerator for p in parts], axis=2),
         denominator=np.concatenate([p.denominator for p in parts], axis=2),
-        curve=np.concatenate([p.curve for p in parts], axis=1),
+        curve=np.stack([node.curve for node in nodes], axis=1),
+        nodes=np.array([[node.first, node.count] for node in nodes]),
         samples=tuple(np.concatenate(values, axis=1) for values in zip(*(p.samples for p in parts), strict=True)),
         time_s=first.time_s,
         target=first.target,
         kept=first.kept,
         membership=first.membership,
     )
+
+
+@dataclass(frozen=True)
+class Node:
+    """Sums (3, C, T) over `count` batches from number `first` on; count is a power of two that divides first."""
+
+    first: int
+    count: int
+    curve: Floats
+
+
+def nodes_of(sums: Sums) -> list[Node]:
+    """Return the sums over batches one by one."""
+    return [Node(int(first), int(count), sums.curve[:, b]) for b, (first, count) in enumerate(sums.nodes)]
+
+
+def fold(nodes: list[Node], node: Node) -> None:
+    """Append a sum to those of earlier batches, and add up what belongs together, as a binary counter carries.
+
+    Neighbours are added only where both are halves of one node of the tree of all batches. Whoever adds first, worker
+    or server, and wherever the tasks are cut, the same pairs are added, so the last bit of a sum is the same.
+    """
+    nodes.append(node)
+    while len(nodes) > 1:
+        left, right = nodes[-2:]
+        if not (left.count == right.count and right.first == left.first + left.count):
+            return
+        if left.first % (2 * left.count):
+            return
+        nodes[-2:] = [Node(left.first, 2 * left.count, left.curve + right.curve)]
 
 
 def _groups(scores: Scores, legs: Sequence[Leg]) -> list[tuple[str, str, Any]]:

@@ -17,6 +17,7 @@ from algorithms.studies import Claim, Study, StudyEntry, StudyRun, Verdict
 from algorithms.toolbox.monte_carlo.batches import BATCH
 from backend.db.runs import Entry
 from backend.jobs import trial_results, work
+from backend.jobs.gathering import gathered
 from backend.jobs.outcome import block_arrays
 from backend.jobs.plan import TrialsPlan, trials_plan
 from backend.jobs.work import TrialsBlock
@@ -120,7 +121,7 @@ def rows(composed: Any, name: str) -> list[dict[str, Any]]:
 
 
 def test_metrics_comparisons_and_claims_without_a_single_instant(plan: TrialsPlan, blocks: dict[int, Any]) -> None:
-    composed = trial_results.compose(plan, blocks, STUDY.name)
+    composed = trial_results.compose(gathered(plan, blocks), STUDY.name)
     whole = scenarios_by_name()["four_station_circuit"]
     recording = whole.simulate(whole.parameters(duration_s=3.0, legs=[]), tuple(range(TRIALS)), 3)
     late = first_errors(recording)  # type: ignore[arg-type]
@@ -138,7 +139,7 @@ def test_metrics_comparisons_and_claims_without_a_single_instant(plan: TrialsPla
 
 
 def test_a_live_run_has_no_curves_either(plan: TrialsPlan, blocks: dict[int, Any]) -> None:
-    composed = trial_results.compose(plan, {p: blocks[p] for p in blocks})
+    composed = trial_results.compose(gathered(plan, {p: blocks[p] for p in blocks}))
     assert composed.summary["probability_late"].keys() == {"late", "later"}
-    statistics = {0: trial_results._running(plan, blocks, 0)}
+    statistics = gathered(plan, blocks).statistics
     assert trial_results.curves_of(plan, statistics, {}) is None

@@ -1,0 +1,188 @@
+"""Blocks under way: sent to a worker, landed, kept; or lost with their worker, or left because their run ended.
+
+Only the engine's thread comes here; what Dask's threads have to say is posted to it.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Collection, Container
+from typing import Any
+
+from backend.db import events
+from backend.db.engine import Database
+from backend.files.store import Store
+from backend.jobs import ledger
+from backend.jobs.live_runs import LiveRuns
+from backend.jobs.outcome import Outcome
+from backend.jobs.schedule import RETRIES, ActiveRun, Choice, Flight, monotonic
+
+logger = logging.getLogger(__name__)
+
+# Seconds until a cancelled block's worker is restarted, and until a block whose worker is gone is given up.
+PATIENCE_S = 1.0
+MISSING_S = 3.0
+
+
+class Flights:
+    """Blocks under way by their tokens; `post` hands a message to the engine's thread."""
+
+    def __init__(
+        self, database: Database, store: Store, live: LiveRuns, post: Callable[[Callable[[], None]], None]
+    ) -> None:
+        self._database = database
+        self._store = store
+        self._live = live
+        self._post = post
+        self._cluster: Any = None
+        self._flights: dict[str, Flight] = {}
+        # Outcomes that are not stored yet, in the order in which they came.
+        self._arrived: deque[tuple[Flight, Outcome]] = deque()
+
+    def use(self, cluster: Any) -> None:
+        """Send to this cluster from now on."""
+        self._cluster = cluster
+
+    @property
+    def under_way(self) -> Collection[Flight]:
+        """Blocks that workers have."""
+        return self._flights.values()
+
+    @property
+    def tokens(self) -> list[str]:
+        """Names of the blocks that workers have."""
+        return list(self._flights)
+
+    def send(self, choice: Choice, worker: str) -> None:
+        """Send a block to a worker."""
+        active, position = choice.active, choice.position
+        with self._live.failing(active, position):
+            block = ledger.block_of(self._database, self._store, active.run, active.plan, position)
+            future = self._cluster.submit(block, worker)
+            self._flights[block.token] = Flight(block.token, active.run.id, position, worker, future, choice.alone)
+            active.waiting.remove(position)
+            future.add_done_callback(lambda _: self._post(lambda: self._landed(block.token)))
+
+    def progress(self, token: str, share: float) -> None:
+        """Note how far a block is."""
+        flight = self._flights.get(token)
+        active = self._live.active.get(flight.run_id) if flight is not None else None
+        if flight is not None and active is not None:
+            active.shares[flight.position] = min(max(share, 0.0), 1.0)
+
+    def keep_arrived(self) -> None:
+        """Store what came back; what cannot be stored because the database does not answer is tried again."""
+        while self._arrived:
+            flight, outcome = self._arrived[0]
+            active = self._live.active.get(flight.run_id)
+            if active is not None:
+                with self._live.failing(active, flight.position):
+                    run, plan, position = active.run, active.plan, flight.position
+                    arrays = ledger.keep(self._database, self._store, run, plan, position, outcome)
+                    active.finished.add(position)
+                    self._live.gather(active, position, arrays)
+            self._arrived.popleft()
+
+    def _landed(self, token: str) -> None:
+        flight = self._flights.get(token)
+        if flight is None or flight.restarting:
+            return
+        if flight.future.status != "finished" and not self._cluster.is_connected:
+            # Nobody died: the scheduler went away, and all blocks are taken back together.
+            return
+        del self._flights[token]
+        active = self._live.active.get(flight.run_id)
+        if active is None or flight.stopping_since is not None:
+            return
+        if flight.future.status != "finished":
+            self._lost(active, flight)
+            return
+        with self._live.failing(active, flight.position):
+            outcome: Outcome = flight.future.result()
+            if outcome.kind == "done":
+                self._arrived.append((flight, outcome))
+            elif outcome.kind == "failed":
+                assert outcome.error is not None
+                self._live.fail(flight.run_id, outcome.error, outcome.trace)
+                if outcome.error["code"] == "out_of_memory":
+                    # What the algorithm still holds would be missing to the next block.
+                    self._flights[token] = flight
+                    self._restart(flight, "ran out of memory")
+
+    def _lost(self, active: ActiveRun, flight: Flight) -> None:
+        """Send a block again whose worker died, or give the run up."""
+        position, label = flight.position, active.plan.name_of(flight.position)
+        deaths = active.deaths[position] = active.deaths.get(position, 0) + 1
+        active.shares.pop(position, None)
+        if deaths > RETRIES:
+            self._live.fail(
+                active.run.id,
+                {
+                    "code": "worker_died",
+                    "detail": f"The worker died {deaths} times while it computed {label}.",
+                    "remedy": "Most often it ran out of memory: use a shorter recording or fewer workers.",
+                    "label": active.plan.label_of(position),
+                },
+            )
+            return
+        active.waiting.append(position)
+        with self._database.write() as connection:
+            events.append_log(
+                connection, active.run.id, f"{label}: the worker died; it is computed again, alone.", "warning"
+            )
+
+    def take_back(self) -> None:
+        """Take back what was sent to a scheduler that went away."""
+        flights, self._flights = self._flights, {}
+        for flight in flights.values():
+            active = self._live.active.get(flight.run_id)
+            if active is not None and flight.stopping_since is None:
+                active.waiting.appendleft(flight.position)
+                active.shares.pop(flight.position, None)
+
+    def leave(self, run_id: str) -> None:
+        """Tell the workers to leave the blocks of a run."""
+        tokens = [f.token for f in self._flights.values() if f.run_id == run_id and f.stopping_since is None]
+        for token in tokens:
+            self._flights[token].stopping_since = monotonic()
+        if tokens:
+            # In a thread of its own: a worker that hangs does not answer.
+            cluster = self._cluster
+            threading.Thread(target=cluster.signal_cancel, args=(tokens,), daemon=True).start()
+
+    def look_after(self, workers: Container[str]) -> None:
+        """Restart workers that do not leave a block; give up blocks whose worker is not among `workers` any more."""
+        at = monotonic()
+        for flight in list(self._flights.values()):
+            if flight.restarting:
+                continue
+            if flight.stopping_since is not None and at - flight.stopping_since > PATIENCE_S:
+                self._restart(flight, "does not leave a cancelled block")
+            elif flight.worker in workers:
+                flight.missing_since = None
+            elif flight.missing_since is None:
+                flight.missing_since = at
+            elif at - flight.missing_since > MISSING_S and not flight.future.done():
+                # Its worker went away before Dask knew of the block: it would wait for ever.
+                flight.future.cancel()
+                self._landed(flight.token)
+
+    def _restart(self, flight: Flight, why: str) -> None:
+        logger.warning("worker %s %s and is restarted", flight.worker, why)
+        flight.restarting = True
+        # Else Dask would start the block again when the worker is back.
+        flight.future.cancel()
+        cluster = self._cluster
+
+        def restart() -> None:
+            try:
+                cluster.restart(flight.worker)
+            finally:
+                self._post(lambda: self._forget(flight.token))
+
+        threading.Thread(target=restart, daemon=True).start()
+
+    def _forget(self, token: str) -> None:
+        self._flights.pop(token, None)
