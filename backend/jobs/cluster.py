@@ -176,6 +176,13 @@ class Cluster:
         # Dask's own restart asks politely for four seconds first. A worker without a nanny cannot be restarted.
         self._client.run(_kill, workers=[worker], nanny=True, on_error="ignore")
 
+    @property
+    def is_restarting(self) -> bool:
+        """Whether nannies of our own cluster are at work, each of which starts its worker again when that has ended."""
+        if self._local is None:
+            return False
+        return any(n.status.name in ("init", "starting", "running") for n in list(self._local.workers.values()))
+
     def heal(self) -> bool:
         """Start the workers of our own cluster again where all are gone; False where that is not ours to do."""
         if self._local is None:

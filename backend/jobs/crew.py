@@ -16,8 +16,10 @@ logger = logging.getLogger(__name__)
 
 EngineState = Literal["starting", "warming_up", "ready", "failed", "stopped"]
 
-# Seconds until our own workers are started again where all are gone, and between two tries to start a cluster.
+# Seconds until our own workers are started again where all are gone, the same while their nannies see to it (on a busy
+# machine a new worker takes its time, and who interferes kills it at birth), and between two tries to start a cluster.
 MISSING_S = 3.0
+RESTARTING_S = 30.0
 RETRY_S = 10.0
 
 
@@ -117,7 +119,7 @@ class Crew:
             self._none_since = None
         elif self._none_since is None:
             self._none_since = at
-        elif at - self._none_since > MISSING_S:
+        elif at - self._none_since > (RESTARTING_S if self.cluster.is_restarting else MISSING_S):
             self._none_since = at
             if self.cluster.heal():
                 logger.error("no worker was left; they are started again")

@@ -76,7 +76,7 @@ class LiveRuns:
                     self.active.pop(active.run.id, None)
 
     def gather(self, active: ActiveRun, position: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Add a stored block to the statistics of its run; those of a third run are gathered from the disk at its end."""
+        """Add a stored block to the statistics of its run; a third run is gathered from the disk at its end."""
         if not isinstance(active.plan, TrialsPlan):
             return
         if active.gathering is None:

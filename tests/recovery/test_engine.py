@@ -186,6 +186,7 @@ def test_a_late_run_does_not_wait_for_all_of_an_early_one(house: House) -> None:
 
 
 def test_status_counts(house: House) -> None:
+    wait_for(lambda: house.engine.status().workers == 2, "workers that earlier tests killed are back")
     run_id = house.queue(*[{"seconds": 30}] * 3)
     house.wait(run_id, "running")
     waiting = house.queue({})

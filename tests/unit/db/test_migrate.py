@@ -9,7 +9,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from sqlalchemy import inspect
 
-from backend.db import migrate, recordings, runs
+from backend.db import migrate, outcomes, recordings, runs
 from backend.db.engine import Database
 from backend.db.tables import metadata
 from backend.errors import StateError
@@ -77,6 +77,19 @@ def test_a_search_through_the_text_reads_no_whole_rows(database: Database) -> No
         ).all()
     assert index in str(plan)
     assert "TEMP B-TREE" not in str(plan), "the index gives the order too"
+
+
+def test_blocks_of_another_form_are_computed_anew(database: Database) -> None:
+    with database.write() as connection:
+        run = runs.create_run(connection, algorithms=[runs.Entry("rdf", "rdf", {})], source={"name": "circuit"})
+        outcomes.store_block(connection, run.id, 0, "a" * 64)
+    migrate.downgrade(database, "0003")
+    with database.write() as connection:
+        outcomes.store_block(connection, run.id, 0, "a" * 64)
+    migrate.upgrade(database)
+    with database.read() as connection:
+        assert outcomes.finished_blocks(connection, run.id) == {}
+        assert runs.get_run(connection, run.id).state == "queued"
 
 
 def test_a_newer_database_is_refused_with_a_remedy(database: Database) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -11,7 +13,7 @@ from algorithms.spec import Leg
 from algorithms.toolbox.monte_carlo.batches import BATCH, batches, batches_per_task, tasks
 from algorithms.toolbox.monte_carlo.intervals import Moments, interval_of_ratio, quantiles_with_intervals
 from algorithms.toolbox.monte_carlo.running import Running
-from algorithms.toolbox.monte_carlo.sums import Sums, joined, sums_of
+from algorithms.toolbox.monte_carlo.sums import Node, Sums, fold, joined, sums_of
 
 INSTANTS, TRIALS = 50, 300
 LEGS = (Leg("early", 0, 20), Leg("late", 20, 50))
@@ -45,7 +47,8 @@ def scores_of(squares: np.ndarray, first: int, stop: int) -> Scores:
 def run_of(*fields: np.ndarray, per_task: int = 1) -> Running:
     running = Running(len(fields))
     for first, stop in tasks(TRIALS, per_task):
-        running.add([joined([sums_of(scores_of(f, a, b), LEGS) for a, b in batches(first, stop)]) for f in fields])
+        parts = [[sums_of(scores_of(f, a, b), LEGS, batch=a // BATCH) for a, b in batches(first, stop)] for f in fields]
+        running.add([joined(part) for part in parts])
     return running
 
 
@@ -154,6 +157,41 @@ def test_consistency_in_words(scale: float, verdict: str) -> None:
     squares = scale * np.random.default_rng(9).standard_normal((INSTANTS, TRIALS)) ** 2
     (overall,) = (c for c in run_of(squares).consistency(0) if not c["segment"] and not c["target"])
     assert overall["verdict"] == verdict
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 8, 11, 32])
+def test_curves_have_the_same_bits_wherever_the_batches_are_cut(count: int) -> None:
+    draw = np.random.default_rng(count)
+    leaves = [Node(k, 1, draw.standard_normal((3, 2, 7)) * 10.0 ** draw.integers(-9, 9)) for k in range(count)]
+    one_by_one: list[Node] = []
+    for leaf in leaves:
+        fold(one_by_one, leaf)
+    # As many sums as the number of batches has binary digits that are one.
+    assert len(one_by_one) == count.bit_count()
+    for _ in range(20):
+        cuts = sorted({0, count, *draw.integers(0, count + 1, 3).tolist()})
+        whole: list[Node] = []
+        for first, stop in pairwise(cuts):
+            part: list[Node] = []
+            for leaf in leaves[first:stop]:
+                fold(part, leaf)
+            for node in part:
+                fold(whole, node)
+        assert [(n.first, n.count) for n in whole] == [(n.first, n.count) for n in one_by_one]
+        for got, expected in zip(whole, one_by_one, strict=True):
+            assert got.curve.tobytes() == expected.curve.tobytes()
+    total = sum(n.curve for n in one_by_one)
+    np.testing.assert_allclose(total, sum(n.curve for n in leaves), rtol=1e-9)
+
+
+def test_what_is_settled_early_is_what_is_computed_late(field: np.ndarray) -> None:
+    early, late = run_of(field), run_of(field)
+    early.settle()
+    assert early.metrics(0) == late.metrics(0)
+    for name, column in late.curves(0).items():
+        np.testing.assert_array_equal(early.curves(0)[name], column)
+    early.add([sums_of(scores_of(field, 0, 10), LEGS, batch=9)])
+    assert early.metrics(0) != late.metrics(0), "what was settled is forgotten when trials are added"
 
 
 def test_sums_survive_the_way_through_a_file(field: np.ndarray) -> None:
