@@ -167,7 +167,7 @@ class Running:
                 n, d, nn = sums[:, c]
                 ratio = np.where(d > 0, n / d, np.nan)
                 if declared.spread:
-                    mean = self._curve[entry][0, c - 1] / d
+                    mean = sums[0, c - 1] / d
                     ratio = np.where(d > 0, np.maximum(ratio - mean * mean, 0.0), np.nan)
                 value = np.sqrt(ratio) if declared.root else ratio
                 out[declared.metric] = value
