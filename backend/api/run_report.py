@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from typing import Annotated, Any
 
-import numpy as np
 from fastapi import APIRouter, Query, Request, Response
 
 from algorithms.result import Table
 from backend.api import uploads
-from backend.api.algorithms import ReferenceOut, catalogue
 from backend.api.charts import chart_entry, charts_of_run
 from backend.api.exports import NoQuery
 from backend.api.measurements import of_run
+from backend.api.report_content import about_scenario, counted, report_content
 from backend.api.responses import content, problems
 from backend.api.services import Services, ServicesDep
 from backend.api.tables import finished
@@ -57,7 +55,6 @@ def get_run_report(
 
 
 def _content(services: Services, run: stored.Run) -> Any:
-    from backend.charts.report import ReportContent, ReportEntry
     from backend.charts.view import ChartOptions, RunView
 
     measured = of_run(services, run)
@@ -68,38 +65,18 @@ def _content(services: Services, run: stored.Run) -> Any:
         entries=tuple(chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms)),
         legs=tuple((name, start, stop) for name, start, stop in run.source.get("legs", ())),
     )
-    used = {e["label"]: e for e in run.entries or ()}
-    entries = [
-        ReportEntry(
-            label=e.label,
-            algorithm=e.name,
-            summary=catalogue()[e.name].summary if e.name in catalogue() else "",
-            settings=[
-                (name, _plain(setting["value"]), str(setting["source"]))
-                for name, setting in sorted(used.get(e.label, {}).get("settings", {}).items())
-            ],
-            notes=[(n["detail"], int(n["count"])) for n in used.get(e.label, {}).get("notes", ())],
-        )
-        for e in run.algorithms
-    ]
-    metrics, by_target = _metrics(services, run)
-    left_out = [
-        "Every number is in the tables of the run: tables/NAME.csv, .parquet and .json, result.npz, result.mat."
-    ]
-    if by_target:
-        left_out.append(f"{by_target} metrics of single targets are in the table metrics.")
-    return ReportContent(
+    return report_content(
         title=run.label or f"Run {run.id}",
         facts=_facts(run),
-        recording=[fact for one in recordings for fact in _about_recording(one)] or _about_scenario(run),
-        warnings=[_counted(w["detail"], w["count"]) for one in recordings for w in one.warnings],
-        entries=entries,
-        metrics=metrics,
+        recording=[fact for one in recordings for fact in _about_recording(one)]
+        or about_scenario(run.source, run.trials),
+        warnings=[counted(w["detail"], w["count"]) for one in recordings for w in one.warnings],
+        entries=run.algorithms,
+        used=run.entries or (),
+        metrics=_table(services, run, "metrics"),
+        decisions=_table(services, run, "decisions"),
         figures=[chart.draw(view, ChartOptions()) for chart in charts_of_run(run)],
-        decisions=_decisions(services, run),
-        references=_references(run),
-        software={str(k): str(v) for k, v in (run.software or {}).items()},
-        left_out=left_out,
+        software=run.software or {},
     )
 
 
@@ -115,19 +92,6 @@ def _facts(run: stored.Run) -> list[tuple[str, str]]:
         ("Started", f"{run.created_at.isoformat(timespec='seconds').replace('+00:00', 'Z')}, took {seconds}"),
         ("Result (SHA-256)", run.result_sha256 or ""),
     ]
-
-
-def _about_scenario(run: stored.Run) -> list[tuple[str, str]]:
-    return [
-        ("Scenario", str(run.source["name"])),
-        ("Trials", str(run.trials)),
-        ("Settings", json.dumps(run.source["scenario"], ensure_ascii=False)),
-        *([("Sweep", json.dumps(run.source["sweep"], ensure_ascii=False))] if run.source.get("sweep") else []),
-    ]
-
-
-def _counted(words: str, count: int) -> str:
-    return f"{words} ({count})" if count > 1 else words
 
 
 def _about_recording(recording: StoredRecording) -> list[tuple[str, str]]:
@@ -156,48 +120,6 @@ def _about_recording(recording: StoredRecording) -> list[tuple[str, str]]:
     ]
 
 
-def _metrics(services: Services, run: stored.Run) -> tuple[list[Any], int]:
-    """Metrics of all targets together, and how many there are of single ones."""
-    from backend.charts.report import ReportMetric
-
-    rows = _rows(_table(services, run, "metrics"))
-    out = [
-        ReportMetric(
-            metric=row["metric"],
-            label=row["label"],
-            segment=row["segment"] or "",
-            value=row["value"],
-            ci95=None if row["ci95_low"] is None or row["ci95_high"] is None else (row["ci95_low"], row["ci95_high"]),
-            unit=row["unit"] or "",
-            n=int(row["n"]),
-        )
-        for row in rows
-        if not row["target"]
-    ]
-    return out, len(rows) - len(out)
-
-
-def _decisions(services: Services, run: stored.Run) -> list[tuple[str, str, str, int]]:
-    table = _table(services, run, "decisions")
-    names = ("label", "decision", "reason")
-    if not len(table) or any(n not in table.columns for n in names):
-        return []
-    counts = Counter(zip(*(table.columns[n] for n in names), strict=True))
-    place = {e.label: i for i, e in enumerate(run.algorithms)}
-    order = sorted(counts.items(), key=lambda item: (place.get(str(item[0][0]), 0), -item[1]))
-    return [(str(label), str(what), str(why or ""), count) for (label, what, why), count in order]
-
-
-def _references(run: stored.Run) -> list[str]:
-    found = [
-        ReferenceOut.of(reference)
-        for entry in run.algorithms
-        if (algorithm := catalogue().get(entry.name)) is not None
-        for reference in algorithm.references
-    ]
-    return list(dict.fromkeys(f"{r.text} ({r.place})" if r.place else r.text for r in found))
-
-
 def _table(services: Services, run: stored.Run, name: str) -> Table:
     from backend.jobs.results import load_table
 
@@ -205,13 +127,3 @@ def _table(services: Services, run: stored.Run, name: str) -> Table:
         return load_table(services.database, services.store, run, name)
     except NotFoundError:
         return Table({})
-
-
-def _rows(table: Table) -> list[dict[str, Any]]:
-    return [dict(zip(table.names, row, strict=True)) for row in table.rows()]
-
-
-def _plain(value: Any) -> str:
-    if isinstance(value, float):
-        return np.format_float_positional(value, trim="-") if 1e-6 <= abs(value) < 1e9 or value == 0 else repr(value)
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, list | dict) else str(value)

@@ -127,13 +127,17 @@ def write_outputs(
 def _write(
     folder: Path, run: LocalRun, about: Mapping[str, Any], more: Mapping[str, Table], report: Callable[[float], None]
 ) -> None:
+    from algorithms.result import Table
+    from backend.api.report_content import about_scenario, counted, report_content
     from backend.charts.html import chart_page
+    from backend.charts.report import report_page
     from backend.charts.view import ChartOptions
     from backend.files.parquet_writer import write_parquet
     from backend.files.store import write_arrays
     from backend.files.table_writer import write_table_csv
 
-    tables, charts = {**run.tables(), **more}, run.charts()
+    own, charts = run.tables(), run.charts()
+    tables = {**own, **more}
     steps = 2 * len(tables) + len(charts)
     done = 0
     for part in ("tables", "charts"):
@@ -145,14 +149,53 @@ def _write(
         done += 2
         report(done / steps)
     view = run.view()
+    figures = []
     for chart in charts:
         figure = chart.draw(view, ChartOptions(entries=len(run.entries)))
+        figures.append(figure)
         (folder / "charts" / f"{chart.name}.html").write_bytes(chart_page(figure, run.title))
         done += 1
         report(done / steps)
+    content = report_content(
+        title=run.title,
+        facts=_facts(run, about),
+        recording=_about_recording(about) if "recording" in about else about_scenario(run.source, about["trials"]),
+        warnings=[counted(w["detail"], w["count"]) for w in about.get("recording", {}).get("warnings", ())],
+        entries=run.entries,
+        used=run.composed.entries,
+        metrics=own.get("metrics", Table({})),
+        decisions=own.get("decisions", Table({})),
+        figures=figures,
+        software=run.composed.software,
+    )
+    (folder / "report.html").write_bytes(report_page(content))
     write_arrays(folder / "result.npz", run.composed.arrays)
     text = json.dumps(about, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "run.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _facts(run: LocalRun, about: Mapping[str, Any]) -> list[tuple[str, str]]:
+    labels = [e.label if e.label == e.name else f"{e.label} ({e.name})" for e in run.entries]
+    study = [("Study", str(about["study"]))] if "study" in about else []
+    return [*study, ("Algorithms", ", ".join(labels)), ("Seed", str(about["seed"]))]
+
+
+def _about_recording(about: Mapping[str, Any]) -> list[tuple[str, str]]:
+    read = about["recording"]
+    rows, (first, last) = read["rows"], read["time_span_s"]
+    start = f"from {read['start_utc']}" if read["start_utc"] else "from an unknown start"
+    files = [*read["files"], *(f for f in (read["site_file"], read["truth_file"]) if f is not None)]
+    site = read["site"] or {}
+    places = [f"{len(site[n])} {n}" for n in ("stations", "radars", "transmitters", "receivers") if site.get(n)]
+    return [
+        ("Kind and format", f"{read['kind']}, {read['format']}"),
+        ("Files (SHA-256)", "; ".join(f"{f['name']} {f['sha256']}" for f in files)),
+        ("Rows", f"{rows['read']} read, {rows['accepted']} accepted, {rows['rejected']} rejected"),
+        ("Times", f"{first:.3f} s to {last:.3f} s, {start}"),
+        ("Site", ", ".join(places) or "none"),
+        ("Truth", "known" if read["has_truth"] else "not known"),
+        ("Options", json.dumps(read["options"], ensure_ascii=False) if read["options"] else "none"),
+    ]
 
 
 def summary_lines(summary: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:

@@ -48,7 +48,11 @@ def test_a_run_writes_tables_charts_and_its_account(tmp_path: Path, capsys: pyte
         assert len(arrays["single_mark/state"]) == 1193
     page = (out / "charts" / "plan.html").read_text(encoding="utf-8")
     assert "Plotly.newPlot" in page
-    assert {"result.npz", "run.json", "tables", "charts"} == {path.name for path in out.iterdir()}
+    report = (out / "report.html").read_text(encoding="utf-8")
+    assert about["recording"]["files"][0]["sha256"] in report
+    assert f"{about['summary']['rms_horizontal_m']['single_mark']['value']:.0f}" in report
+    assert report.count('type="application/json"') == len(list((out / "charts").iterdir()))
+    assert {"result.npz", "run.json", "report.html", "tables", "charts"} == {path.name for path in out.iterdir()}
 
 
 def test_a_script_gets_the_same_numbers(capsys: pytest.CaptureFixture[str]) -> None:
@@ -139,6 +143,7 @@ def test_a_study_is_judged_and_does_not_depend_on_the_processes(
     for workers in ("1", "2"):
         out = tmp_path / workers
         assert main(["study", STUDY, "--trials", "65", "--workers", workers, "--json", "--out", str(out)]) == 0
+        assert STUDY in (out / "report.html").read_text(encoding="utf-8")
         found = said(capsys)
         assert len(found["claims"]) == 4  # type: ignore[arg-type]
         assert {"tables/claims.csv", "charts/trials_sweep.html", "result.npz"} <= set(found["files"])  # type: ignore[call-overload]
