@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.identification.compare import Decide, Decided, compare, judged, pair_decisions, partners_both_ways
+from algorithms.identification.compare import Decide, compare, judged, pair_decisions, partners_both_ways
+from algorithms.identification.filled import Decided
 from algorithms.identification.matching import matched, scores_of
 from algorithms.identification.measures import measure
 from algorithms.identification.outputs import ACCEPTED, ALONE, PLOT_OUTPUTS

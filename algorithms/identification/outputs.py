@@ -39,6 +39,6 @@ PLOT_OUTPUTS = (
         "registration",
         ("hypothesis", "number"),
         "",
-        "kind, radar (0 or 1 of the two), two values, two standard deviations, statistic, tail; see table registration",
+        "kind, radar, against which, two values, two standard deviations, statistic, tail; see table registration",
     ),
 )

@@ -6,6 +6,7 @@ from typing import Literal
 
 from algorithms.spec import Parameters, parameter
 
+PointConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm"]
 PlotConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "polar"]
 TrackConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "ducm", "polar"]
 
@@ -43,15 +44,20 @@ class RadarParameters(Parameters):
     """Share of true pairs that the threshold rejects."""
 
 
-class PairParameters(RadarParameters):
-    """Two radars."""
+class TwoRadarParameters(RadarParameters):
+    """Which two of the radars."""
 
-    conversion: PlotConversion = parameter("mucm", title="Conversion", group="measurement", choices=PLOT_CONVERSIONS)
-    """How a plot becomes a point with a covariance."""
     first_radar: str = parameter("", title="First radar", group="measurement", advanced=True, max_length=80)
     """Name of the radar that is compared with the second one. Empty = the first of the site."""
     second_radar: str = parameter("", title="Second radar", group="measurement", advanced=True, max_length=80)
     """Name of the other radar. Empty = the next one of the site."""
+
+
+class PairParameters(TwoRadarParameters):
+    """Plots of two radars."""
+
+    conversion: PlotConversion = parameter("mucm", title="Conversion", group="measurement", choices=PLOT_CONVERSIONS)
+    """How a plot becomes a point with a covariance."""
     reading: Literal["A", "B"] = parameter(
         "A",
         title="Who looks for a partner",
@@ -90,3 +96,50 @@ class DetectionParameters(Parameters):
         None, title="Targets expected", unit="1", gt=0, le=10_000, group="association", advanced=True
     )
     """In the region. Empty = plots less false plots, over the detection probability."""
+
+
+class ManyRadarParameters(DetectionParameters, RadarParameters):
+    """Two radars and more."""
+
+    conversion: PointConversion = parameter("mucm", title="Conversion", group="measurement", choices=_CONVERSIONS)
+    """How a plot becomes a point with a covariance."""
+    gate_tail: float = parameter(
+        1e-4, title="Tail of the pairs' gate", unit="1", ge=1e-12, le=0.5, group="association", advanced=True
+    )
+    """Plots of which a pair lies outside this gate are not tried as one target."""
+    most_candidates: int = parameter(
+        20_000, title="Most candidates", unit="1", ge=1, le=1_000_000, group="association", advanced=True
+    )
+    """Sets of plots up to which the best choice is found exactly; beyond, radar by radar."""
+
+
+class TrackParameters(TwoRadarParameters):
+    """Tracks of two radars."""
+
+    conversion: TrackConversion = parameter("mucm", title="Conversion", group="measurement", choices=TRACK_CONVERSIONS)
+    """How a plot becomes a point with a covariance."""
+    acceleration_density_m2ps3: float = parameter(
+        0.0, title="Manoeuvres", unit="m²/s³", symbol="q", ge=0, le=1e6, group="motion"
+    )
+    """Density of the white acceleration that the tracks allow for."""
+    cross_covariance: bool = parameter(False, title="Cross-covariance", group="motion")
+    """Whether the tracks' common manoeuvres are allowed for when they are compared."""
+    decision: Literal["threshold", "posterior", "most_likely"] = parameter(
+        "threshold",
+        title="Decision",
+        group="association",
+        choices={
+            "threshold": "the only track inside the gate",
+            "posterior": "pairs that are probable enough, else undecided",
+            "most_likely": "every pair of the most likely matching",
+        },
+    )
+    """What makes two tracks one target."""
+    p_min: float = parameter(
+        0.95, title="Least probability", unit="1", symbol="p_min", ge=0.5, le=0.9999, group="association"
+    )
+    """A pair of the most likely matching below it is left undecided."""
+    max_speed_mps: float = parameter(
+        1000.0, title="Largest speed", unit="m/s", gt=0, le=20_000, group="motion", advanced=True
+    )
+    """Where the recording names no targets, plots of one radar are joined to tracks below this speed."""

@@ -28,6 +28,8 @@ ALARM_TAIL = 1e-4
 FEWEST_PAIRS = 5
 # Hypotheses whose penalised rest is within this of the best explain the data as well.
 AS_GOOD = 6.0
+OTHERS = -1
+"""Stands for all other radars together."""
 KINDS = ("shift", "azimuth", "range", "time")
 UNITS = ("m", "deg", "m", "s")
 
@@ -55,12 +57,12 @@ class Accepted:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """What may be wrong with the second radar (or, for `radar` 0, with the first), and what speaks for it.
+    """What may be wrong with a radar, and what speaks for it.
 
     Attributes
     ----------
     kind : of `KINDS`
-    radar : 0 or 1, whose error it would be
+    radar, against : whose error it would be, and against whom; positions among the recording's radars, or `OTHERS`
     value, sd : (1,) or (2,): east and north m; clockwise deg; m; s
     statistic, tail : and the probability of so large a one by chance
     rest : penalised rest of the sum of squares
@@ -68,6 +70,7 @@ class Hypothesis:
 
     kind: int
     radar: int
+    against: int
     value: Floats
     sd: Floats
     statistic: float
@@ -83,11 +86,14 @@ class Hypothesis:
         """As a row of the array `registration`."""
         value = [*self.value.tolist(), np.nan][:2]
         sd = [*self.sd.tolist(), np.nan][:2]
-        return [float(self.kind), float(self.radar), *value, *sd, self.statistic, self.tail]
+        return [float(self.kind), float(self.radar), float(self.against), *value, *sd, self.statistic, self.tail]
 
 
-def hypotheses_of(pairs: Accepted) -> list[Hypothesis]:
-    """All hypotheses that the pairs can test, the best explanation first."""
+def hypotheses_of(pairs: Accepted, first: int, second: int) -> list[Hypothesis]:
+    """All hypotheses about two radars (positions among the recording's) that the pairs can test, the best first.
+
+    `first` is `OTHERS` where the second radar is held against the mean of all others: then it alone may be wrong.
+    """
     n = len(pairs.difference)
     if n < FEWEST_PAIRS:
         return []
@@ -97,20 +103,27 @@ def hypotheses_of(pairs: Accepted) -> list[Hypothesis]:
     weight[:, 0, 0], weight[:, 1, 1] = yy / determinant, xx / determinant
     weight[:, 0, 1] = weight[:, 1, 0] = -xy / determinant
     total = float((pairs.difference * (weight @ pairs.difference[:, :, None])[:, :, 0]).sum())
-    out = [_tested(0, 1, -np.broadcast_to(np.eye(2), (n, 2, 2)), pairs, weight, total)]
-    for radar, offset, sign in ((0, pairs.from_first, 1.0), (1, pairs.from_second, -1.0)):
+    out = [_tested(0, second, first, -np.broadcast_to(np.eye(2), (n, 2, 2)), pairs, weight, total)]
+    for radar, against, offset, sign in (
+        (first, second, pairs.from_first, 1.0),
+        (second, first, pairs.from_second, -1.0),
+    ):
+        if radar == OTHERS:
+            continue
         # Clockwise by one degree moves (e, n) by (n, -e) pi / 180.
         turned = np.radians(1.0) * np.stack([offset[:, 1], -offset[:, 0]], axis=1)
-        out.append(_tested(1, radar, sign * turned[:, :, None], pairs, weight, total))
+        out.append(_tested(1, radar, against, sign * turned[:, :, None], pairs, weight, total))
         sight = offset / np.linalg.norm(offset, axis=1)[:, None]
-        out.append(_tested(2, radar, sign * sight[:, :, None], pairs, weight, total))
+        out.append(_tested(2, radar, against, sign * sight[:, :, None], pairs, weight, total))
     if np.isfinite(pairs.velocity).all():
-        out.append(_tested(3, 1, -pairs.velocity[:, :, None], pairs, weight, total))
+        out.append(_tested(3, second, first, -pairs.velocity[:, :, None], pairs, weight, total))
     found = [h for h in out if h is not None]
     return sorted(found, key=lambda h: h.rest)
 
 
-def _tested(kind: int, radar: int, effect: Floats, pairs: Accepted, weight: Floats, total: float) -> Hypothesis | None:
+def _tested(
+    kind: int, radar: int, against: int, effect: Floats, pairs: Accepted, weight: Floats, total: float
+) -> Hypothesis | None:
     weighted = np.swapaxes(effect, 1, 2) @ weight
     a = (weighted @ effect).sum(axis=0)
     g = (weighted @ pairs.difference[:, :, None]).sum(axis=0)[:, 0]
@@ -124,6 +137,7 @@ def _tested(kind: int, radar: int, effect: Floats, pairs: Accepted, weight: Floa
     return Hypothesis(
         kind,
         radar,
+        against,
         value,
         np.sqrt(np.diag(covariance)),
         statistic,
@@ -132,7 +146,7 @@ def _tested(kind: int, radar: int, effect: Floats, pairs: Accepted, weight: Floa
     )
 
 
-def notes_of(hypotheses: list[Hypothesis], names: tuple[str, str]) -> list[Note]:
+def notes_of(hypotheses: list[Hypothesis], names: tuple[str, ...]) -> list[Note]:
     """Return the alarm in words: what disagrees, by how much, and what else would explain it."""
     if not hypotheses or not hypotheses[0].alarm:
         return []
@@ -151,9 +165,9 @@ def notes_of(hypotheses: list[Hypothesis], names: tuple[str, str]) -> list[Note]
     return out
 
 
-def _alarm(h: Hypothesis, names: tuple[str, str]) -> Note:
+def _alarm(h: Hypothesis, names: tuple[str, ...]) -> Note:
     of = names[h.radar]
-    against = names[1 - h.radar]
+    against = "the others" if h.against == OTHERS else names[h.against]
     size, sd = h.value[0], h.sd[0]
     if h.kind == 0:
         return Note(

@@ -184,8 +184,8 @@ def _errors(recording: PolarPlots, result: Result) -> Table:
 def registration_table(radars: tuple[str, ...], result: Result) -> Table:
     """What may be wrong between the radars: every explanation with its size, the best first."""
     rows: list[tuple[Any, ...]] = []
-    named = _compared_radars(radars, result)
-    for kind, radar, *numbers in result.arrays["registration"].tolist():
+    named = (*radars, "others")
+    for kind, radar, against, *numbers in result.arrays["registration"].tolist():
         values, sds, (statistic, tail) = numbers[:2], numbers[2:4], numbers[4:]
         shift = KINDS[int(kind)] == "shift"
         for axis in range(2 if shift else 1):
@@ -193,7 +193,7 @@ def registration_table(radars: tuple[str, ...], result: Result) -> Table:
             rows.append(
                 (
                     named[int(radar)],
-                    named[1 - int(radar)],
+                    named[int(against)],
                     word,
                     values[axis],
                     sds[axis],
@@ -206,15 +206,3 @@ def registration_table(radars: tuple[str, ...], result: Result) -> Table:
     texts = {"radar", "against", "offset", "unit"}
     columns = list(zip(*rows, strict=True)) if rows else [()] * len(names)
     return Table({n: list(c) if n in texts else np.array(c, float) for n, c in zip(names, columns, strict=True)})
-
-
-def _compared_radars(radars: tuple[str, ...], result: Result) -> tuple[str, str]:
-    given = [result.settings[n].value for n in ("first_radar", "second_radar") if n in result.settings]
-    rest = [name for name in radars if name not in given]
-    first = result.settings["first_radar"].value if "first_radar" in result.settings else rest[0]
-    second = (
-        result.settings["second_radar"].value
-        if "second_radar" in result.settings
-        else next(name for name in radars if name != first)
-    )
-    return first, second

@@ -35,7 +35,7 @@ export const words = {
   "that the plot has no partner; NaN = not computed": "того, что у отметки нет пары; NaN – не вычислялась",
   "number of the radar, from 0": "номер РЛС, с нуля",
   "of the statistic": "для статистики",
-  "kind, radar (0 or 1 of the two), two values, two standard deviations, statistic, tail; see table registration": "вид, РЛС (0 или 1 из двух), два значения, два СКО, статистика, вероятность хвоста; см. таблицу registration",
+  "kind, radar, against which, two values, two standard deviations, statistic, tail; see table registration": "вид, РЛС, относительно какой, два значения, два СКО, статистика, вероятность хвоста; см. таблицу registration",
   "Range error": "Ошибка дальности",
   "Standard deviation of every radar's range. Empty = each radar's own value in the site.": "СКО дальности каждой РЛС. Пусто – у каждой РЛС своё значение из описания системы.",
   "Azimuth error": "Ошибка азимута",
@@ -187,6 +187,7 @@ export const sentences = {
   "The azimuths of {1} seem to be radians that were read as degrees: with the unit rad the radars agree.": "Азимуты {1}, по-видимому, в радианах, а прочитаны как градусы: с единицей рад РЛС согласуются.",
   "The plots of radar {1} seem to be counted from the place of radar {2}: with that place in the site the radars agree.": "Отметки РЛС {1}, по-видимому, отсчитаны от места РЛС {2}: с этим местом в описании системы РЛС согласуются.",
   "The looks of radar {1} seem to be {2} too {3}: shifted by as much the radars agree.": "Обзоры РЛС {1}, по-видимому, смещены на {2} ({3}): если сдвинуть их на столько же, РЛС согласуются.",
+  "the others": "остальных",
   "early": "раньше",
   "late": "позже",
 };

@@ -1,0 +1,262 @@
+"""Plots of two radars and more, put together into targets.
+
+Sets of plots, one or none of each radar, compete for the plots; the best choice is an integer program, solved exactly.
+Where there are more sets than `most_candidates`, the radars are taken one after another, which a note tells.
+
+References
+----------
+barshalom2001, section 1.4; crouse2016; specification 7 D.
+
+Differences from the paper
+--------------------------
+The paper has two radars. The stated probability of a set compares the best choice with the best one that lacks the
+set; as third and further choices are left out, it is an upper bound.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.identification.compare import side_of
+from algorithms.identification.filled import DOF, Filled, Pairs, joined_pairs, listed_pairs
+from algorithms.identification.measures import measure
+from algorithms.identification.outputs import ACCEPTED, PLOT_OUTPUTS, REJECTED, UNDECIDED
+from algorithms.identification.pairs import Points, pair_statistics, points_of
+from algorithms.identification.parameters import ManyRadarParameters
+from algorithms.identification.plots import Look, Plots, plots_of
+from algorithms.identification.registration import OTHERS, Accepted, Hypothesis, hypotheses_of, notes_of
+from algorithms.identification.tables import tabulate
+from algorithms.identification.truth import score_groups
+from algorithms.identification.tuples import Densities, Looked, Packed, pack
+from algorithms.recording import PolarPlots
+from algorithms.result import Note, Result, Setting
+from algorithms.scores import Scores
+from algorithms.spec import Algorithm, Reference, RunContext
+from algorithms.toolbox.association.gate import gate_threshold
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class MultiRadarParameters(ManyRadarParameters):
+    """What the assignment of many radars knows."""
+
+
+def _densities(seen: list[int], p: ManyRadarParameters) -> Densities:
+    """From the parameters, and where they do not say it the number of targets from the mean number of plots."""
+    count = p.target_count
+    if count is None:
+        count = max((float(np.mean(seen)) - p.clutter_per_radar) / p.detection_probability, 1.0)
+    return Densities(
+        p.detection_probability, count / p.region_area_m2, p.clutter_per_radar / p.region_area_m2, len(seen)
+    )
+
+
+def _looked(
+    points: list[Points], usable: list[NDArray[np.bool_]], lane: int, p: ManyRadarParameters
+) -> tuple[Looked, list[Ints]]:
+    """One look of one trial, and which of each radar's plots are there."""
+    there = [np.flatnonzero(u[:, lane]) for u in usable]
+    cut = [Points(*(a[rows, lane] for a in one)) for one, rows in zip(points, there, strict=True)]
+    return Looked(cut, _densities([rows.size for rows in there], p), gate_threshold(p.gate_tail, DOF)), there
+
+
+def _solved(
+    plots: Plots, look: Look, p: ManyRadarParameters, lane: int, points: list[Points], *, margins: bool
+) -> tuple[Packed, Ints]:
+    """The best sets of one trial, and their plots as positions in the recording, (T, K), -1 = none."""
+    looked, there = _looked(points, [plots.usable[rows] for rows in look.rows], lane, p)
+    packed = pack(looked, limit=p.most_candidates, margins=margins)
+    marks = np.full(packed.tuples.shape, -1)
+    for k, rows in enumerate(look.rows):
+        has = packed.tuples[:, k] >= 0
+        marks[has, k] = rows[there[k][packed.tuples[has, k]]]
+    return packed, marks
+
+
+def _points(plots: Plots, look: Look, p: ManyRadarParameters) -> list[Points]:
+    return [points_of(side_of(plots, k, rows), p.conversion) for k, rows in enumerate(look.rows)]
+
+
+def _accepted(packed: Packed, p: ManyRadarParameters) -> tuple[Floats, NDArray[np.bool_]]:
+    """Upper bound of each set's probability (NaN = unknown), and whether it is accepted."""
+    share = 1 / (1 + np.exp(-packed.margin))
+    if p.decision == "most_likely":
+        return share, np.ones(share.size, np.bool_)
+    return share, ~(share < p.p_min)
+
+
+def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunContext) -> Result:
+    """Put the plots of all radars together, look by look and trial by trial."""
+    plots = plots_of(recording, parameters)
+    filled = Filled(plots)
+    threshold = gate_threshold(parameters.alpha, DOF)
+    radars = range(len(plots.names))
+    total = sum(a.size * b.size for look in plots.looks for a, b in combinations(look.rows, 2))
+    pairs: list[Pairs] = []
+    sequential = 0
+    test = [Accepted.nothing() for _ in radars]
+    for number, look in enumerate(plots.looks):
+        points = _points(plots, look, parameters)
+        for rows, one in zip(look.rows, points, strict=True):
+            filled.position[rows] = np.stack([one.x, one.y], axis=1)
+        for lane in range(plots.lanes):
+            context.check_cancelled()
+            packed, marks = _solved(plots, look, parameters, lane, points, margins=True)
+            sequential += not packed.exact
+            _take(recording, filled, packed, marks, lane, parameters)
+            if plots.lanes == 1:
+                for k in radars:
+                    test[k] = test[k].joined(_against_others(plots, points, look, packed, marks, k, filled))
+        pairs += _pairs(recording, plots, look, parameters, filled, total)
+        context.progress((number + 1) / len(plots.looks))
+    if not plots.looks:
+        context.check_cancelled()
+        context.progress(1.0)
+    hypotheses = _hypotheses(test) if plots.lanes == 1 else []
+    notes = [*plots.notes, *notes_of(hypotheses, plots.names)]
+    if sequential:
+        notes.append(
+            Note(
+                "radar_by_radar",
+                "Looks with more sets of plots than most_candidates were put together radar by radar, which need not "
+                "be the best choice, and without probabilities.",
+                sequential,
+            )
+        )
+    arrays = (
+        filled.arrays()
+        | joined_pairs(pairs, plots.lanes)
+        | {
+            "row": recording.row,
+            "frame": plots.frame,
+            "radar": plots.radar,
+            "threshold": np.array([threshold]),
+            "registration": np.array([h.numbers() for h in hypotheses]).reshape(-1, 9),
+        }
+    )
+    settings = plots.settings | {
+        name: Setting(getattr(parameters, name), "run" if name in parameters.model_fields_set else "default")
+        for name in type(parameters).model_fields
+        if name not in plots.settings and getattr(parameters, name) is not None
+    }
+    return Result(arrays, tuple(notes), settings)
+
+
+def _take(
+    recording: PolarPlots, filled: Filled, packed: Packed, marks: Ints, lane: int, parameters: ManyRadarParameters
+) -> None:
+    share, accepted = _accepted(packed, parameters)
+    for t, members in enumerate(marks):
+        own = members[members >= 0]
+        filled.decision[own, lane] = ACCEPTED if accepted[t] else UNDECIDED
+        filled.probability[own, lane] = share[t]
+        filled.statistic[own, lane] = packed.statistic[t]
+        if accepted[t]:
+            filled.group[own, lane] = recording.row[own[0]]
+            filled.fused[own, :, lane] = packed.place[t]
+            filled.covariance[own, :, lane] = packed.covariance[t]
+
+
+def _pairs(
+    recording: PolarPlots, plots: Plots, look: Look, p: ManyRadarParameters, filled: Filled, total: int
+) -> list[Pairs]:
+    """All pairs of radars: a pair has the decision of the set that both plots are in."""
+    out = []
+    for a, b in combinations(range(len(plots.names)), 2):
+        rows = (look.rows[a], look.rows[b])
+        found = pair_statistics(side_of(plots, a, rows[0]), side_of(plots, b, rows[1]), p.conversion)
+        group = [filled.group[r] for r in rows]
+        same = (group[0][:, None] == group[1][None]) & (group[0] > 0)[:, None]
+        probability = np.where(same, filled.probability[rows[0]][:, None], np.nan)
+        decision = np.where(same, ACCEPTED, REJECTED)
+        out.append(listed_pairs(recording, look.number, rows, found.statistic, probability, decision, total))
+    return out
+
+
+def _against_others(
+    plots: Plots, points: list[Points], look: Look, packed: Packed, marks: Ints, radar: int, filled: Filled
+) -> Accepted:
+    """Plots of one radar against the mean of the others in their sets, in the first trial."""
+    here = np.flatnonzero(marks[:, radar] >= 0)
+    here = here[filled.group[marks[here, radar], 0] > 0]
+    if not here.size:
+        return Accepted.nothing()
+    place = {int(row): i for i, row in enumerate(look.rows[radar])}
+    i = np.array([place[int(row)] for row in marks[here, radar]])
+    p = Points(*(a[i, 0] for a in points[radar]))
+    determinant = p.xx * p.yy - p.xy * p.xy
+    own = np.stack([p.yy, p.xx, -p.xy], axis=1) / determinant[:, None]
+    xx, yy, xy = packed.covariance[here].T
+    whole = np.stack([yy, xx, -xy], axis=1) / (xx * yy - xy * xy)[:, None]
+    rest = whole - own
+    z = np.stack([p.x, p.y], axis=1)
+    pull = _times(whole, packed.place[here]) - _times(own, z)
+    det = rest[:, 0] * rest[:, 1] - rest[:, 2] ** 2
+    covariance = np.stack([rest[:, 1], rest[:, 0], -rest[:, 2]], axis=1) / det[:, None]
+    mean = _times(covariance, pull)
+    spread = covariance + np.stack([p.xx, p.yy, p.xy], axis=1)
+    none = np.full((here.size, 2), np.nan)
+    return Accepted(mean - z, spread, none, z - plots.sites[radar], none)
+
+
+def _times(matrix: Floats, vector: Floats) -> Floats:
+    """Symmetric matrices xx yy xy (n, 3) times vectors (n, 2)."""
+    x, y = vector.T
+    return np.stack([matrix[:, 0] * x + matrix[:, 2] * y, matrix[:, 2] * x + matrix[:, 1] * y], axis=1)
+
+
+def _hypotheses(test: list[Accepted]) -> list[Hypothesis]:
+    """Of two radars as ever; of more, those of the radar that disagrees most with the others come first."""
+    if len(test) == 2:
+        one = test[1]
+        return hypotheses_of(Accepted(one.difference, one.covariance, test[0].from_second, one.from_second,
+                                      one.velocity), 0, 1)  # fmt: skip
+    each = [hypotheses_of(pairs, OTHERS, k) for k, pairs in enumerate(test)]
+    each.sort(key=lambda found: -max((h.statistic for h in found), default=0.0))
+    return [h for found in each for h in found]
+
+
+def score(recording: PolarPlots, parameters: MultiRadarParameters, context: RunContext) -> Scores:
+    """Count pairs and whole targets that are put together rightly."""
+    plots = plots_of(recording, parameters)
+    groups = np.full(plots.range_m.shape, -1)
+    place, covariance = (
+        np.full((len(recording), 2, plots.lanes), np.nan),
+        np.full((len(recording), 3, plots.lanes), np.nan),
+    )
+    statistic, dof = np.full(groups.shape, np.nan), np.zeros(groups.shape)
+    margins = parameters.decision == "posterior"
+    for look in plots.looks:
+        points = _points(plots, look, parameters)
+        for lane in range(plots.lanes):
+            context.check_cancelled()
+            packed, marks = _solved(plots, look, parameters, lane, points, margins=margins)
+            _, accepted = _accepted(packed, parameters)
+            for t in np.flatnonzero(accepted):
+                own = marks[t][marks[t] >= 0]
+                groups[own, lane] = own[0]
+                place[own, :, lane], covariance[own, :, lane] = packed.place[t], packed.covariance[t]
+                statistic[own, lane], dof[own, lane] = packed.statistic[t], DOF * (own.size - 1)
+    return score_groups(recording, plots, groups, place, covariance, statistic, dof)
+
+
+ALGORITHM = Algorithm(
+    name="multi_radar_assignment",
+    title="Matching of many radars",
+    summary="Plots of two radars and more are put together into targets: the best choice of disjoint sets of plots, "
+    "found exactly, with missed detections and false plots.",
+    family="identification",
+    takes=("polar_plots",),
+    parameters=MultiRadarParameters,
+    outputs=PLOT_OUTPUTS,
+    charts=("plan",),
+    references=(Reference("prosov2008"), Reference("barshalom2001", "section 1.4"), Reference("crouse2016")),
+    run=run,
+    tabulate=tabulate,
+    measure=measure,
+    score=score,
+)
