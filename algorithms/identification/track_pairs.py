@@ -132,6 +132,7 @@ class DecidedTracks:
 
 
 def decide_tracks(statistic: Floats, cost: Floats, p: TrackParameters) -> DecidedTracks:
+    """Decide by the threshold or by the most likely matching, from statistics and costs (n, m, L)."""
     n, m, lanes = statistic.shape
     score = np.where(statistic <= gate_threshold(WIDE_TAIL, DOF), PAIR_BONUS - cost, -np.inf)
     if min(n, m) <= EXACT_COLUMNS:
