@@ -11,6 +11,7 @@ from algorithms.recording import AntennaPlots, DopplerPairs, PolarPlots, Recordi
 from algorithms.result import Table
 from algorithms.site import Site, Terminal
 from backend.charts.view import Entry, RunView
+from tests.pair_views import pair_metrics, pair_values
 
 STATIONS = [("west", -10000.0, 0.0), ("east", 10000.0, 0.0), ("north", 0.0, 12000.0), ("middle", 0.0, 0.0)]
 
@@ -100,6 +101,7 @@ def receivers(suspect: tuple[float, float, float, float] = (0.0, 1.0, np.nan, 0.
 
 def entry(label: str, index: int, tables: Mapping[str, Table], recording: Recording | None = None) -> Entry:
     held = arrays(recording) if isinstance(recording, ToaMarks) else {}
+    held |= pair_values()
     return Entry(label, index, "rdf", lambda name: tables.get(name, Table({})), lambda: held)
 
 
@@ -140,7 +142,7 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
         "ci95_low": scale * np.array([19.0, 29.0, 39.0, 19.0, 29.0]),
         "ci95_high": scale * np.array([21.0, np.nan, 41.0, 21.0, 31.0]),
     }
-    return {"curves": Table(columns), "metrics": Table(metrics)}
+    return {"curves": Table(columns), "metrics": pair_metrics(metrics, swept)}
 
 
 def complete_run(recording: ToaMarks, **more: Any) -> RunView:

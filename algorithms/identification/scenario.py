@@ -7,6 +7,7 @@ trials innermost.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from algorithms.identification.scenario_parameters import (
 )
 from algorithms.recording import PolarPlots
 from algorithms.site import Site
-from algorithms.spec import Reference, Scenario, trial_stream
+from algorithms.spec import Leg, Reference, Scenario, trial_stream
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -225,7 +226,20 @@ def _deviations(shape: tuple[int, ...], density: float, period: float, rng: np.r
     return out
 
 
-def _scenario(name: str, title: str, summary: str, parameters: type[RadarScenario], simulate: Any) -> Scenario:
+def _last_scan(p: TracksParameters) -> tuple[Leg, ...]:
+    """The last scan, at which tracks have settled best, by its instant."""
+    last = p.period_s * (p.scans - 1)
+    return (Leg(f"t={last:g}", last, last + p.period_s / 2),)
+
+
+def _scenario(
+    name: str,
+    title: str,
+    summary: str,
+    parameters: type[RadarScenario],
+    simulate: Any,
+    legs: Callable[[Any], tuple[Leg, ...]] = lambda _: (),
+) -> Scenario:
     return Scenario(
         name=name,
         title=title,
@@ -234,6 +248,7 @@ def _scenario(name: str, title: str, summary: str, parameters: type[RadarScenari
         kind="polar_plots",
         parameters=parameters,
         simulate=simulate,
+        legs=legs,
         references=(Reference("prosov2008", "table 1"),),
     )
 
@@ -260,5 +275,6 @@ SCENARIOS = (
         "Two targets fly side by side in a straight line, and two radars track each of them for some scans.",
         TracksParameters,
         simulate_tracks,
+        _last_scan,
     ),
 )

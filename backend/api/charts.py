@@ -32,6 +32,8 @@ router = APIRouter(tags=["charts"])
 
 # Charts of statistics over trials; what the algorithms declare then shows the first trial as an example.
 TRIAL_CHARTS = ("trials_error", "trials_consistency", "trials_lost", "trials_sweep")
+# Charts that say nothing where fewer values are swept.
+OF_SWEEPS = {"trials_sweep": 1, "trials_crossing_sweep": 1, "trials_probability": 1, "trials_base": 1, "trials_placement": 2}
 
 Form = Literal["json", "csv", "html"]
 
@@ -199,7 +201,10 @@ def charts_of_entries(
     of_trials = [name for name in names if name.startswith("trials_")]
     names = dict.fromkeys(name for name in names if name not in of_trials)
     if "scenario" in source:
-        own = [n for n in (*of_trials, *TRIAL_CHARTS) if not n.endswith("_sweep") or source.get("sweep")]
+        # Who names one of the common charts chooses among them; others get them all.
+        chosen = of_trials if set(of_trials) & set(TRIAL_CHARTS) else (*of_trials, *TRIAL_CHARTS)
+        swept = len(source.get("sweep") or ())
+        own = [name for name in chosen if swept >= OF_SWEEPS.get(name, 0)]
         names = dict.fromkeys((*own, *(() if trials_only else names)))
     return [found[name] for name in names if name in found]
 

@@ -63,6 +63,12 @@ _REASONS = {
     "no_angular_velocity": "No algorithm of this run works with an angular velocity.",
     "no_sensitivities": "No pass has an answer for which calibration errors could be computed.",
     "no_base_bounds": "No pass has an answer from which the bound along the base line could be computed.",
+    "no_decisions": "No algorithm of this run decides which plots belong together.",
+    "too_many_bars": "This run has more combinations of swept values than bars can show.",
+    "no_single_values": "This run keeps no single values of pairs, or none is finished yet.",
+    "no_probabilities": "No algorithm of this run states probabilities of pairs.",
+    "no_pairs": "No algorithm of this run accepted a pair.",
+    "no_second_sweep": "The map needs a run that varies two numbers.",
     "other_kind": "This chart is for recordings of another kind.",
 }
 

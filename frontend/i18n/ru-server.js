@@ -7,6 +7,7 @@ import asterix from "./ru-asterix.js";
 import joining from "./ru-joining.js";
 import * as identification from "./ru-identification.js";
 import * as multipleModel from "./ru-multiple-model.js";
+import * as identificationStudies from "./ru-identification-studies.js";
 import * as forwardScatter from "./ru-forward-scatter.js";
 import * as long from "./ru-long.js";
 import reading from "./ru-reading.js";
@@ -268,6 +269,7 @@ export const codes = {
 /** @type {Record<string, string>} */
 export const words = {
   ...identification.words,
+  ...identificationStudies.words,
   ...scenarios.words,
   ...forwardScatter.words,
   ...multipleModel.words,
@@ -449,6 +451,9 @@ export const words = {
 export const sentences = {
   ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...identification.sentences,
   ...forwardScatter.sentences, ...multipleModel.sentences,
+  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences,
+  ...identification.sentences, ...identificationStudies.sentences,
+  ...forwardScatter.sentences,
 };
 
 // Texts of charts with numbers or names in them.

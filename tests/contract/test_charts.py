@@ -18,11 +18,14 @@ from backend.charts.figure import figure_json
 from backend.charts.html import chart_page, plotly_js
 from backend.charts.table import chart_table
 from backend.charts.view import Chart, ChartOptions, Entry, RecordingView, RunView
-from tests import chart_views
+from tests import chart_views, pair_views
 
 ROLES = {"series", "truth", "station", "measurement", "bound", "interval", "rejected"}
 # Quantities without a unit; everything else says its unit after the last comma.
-UNITLESS = ("NIS", "Station", "Gain", "Chi2", "Calibration error")
+UNITLESS = (
+    "NIS", "Station", "Gain", "Chi2", "Calibration error", "Plot of", "Algorithm", "Probability", "Share", "Squared",
+    "sigma", "scenario",
+)  # fmt: skip
 LONG_LABEL = "rdfv " + "x" * 115
 
 
@@ -59,6 +62,7 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
                 "receivers": chart_views.receivers(),
                 **chart_views.trial_tables(scale),
                 **chart_views.scatter_tables(r),
+                **pair_views.pair_tables(r),
             }
             for scale in (2.0, 1.0, 1.0)
         ],
@@ -139,7 +143,8 @@ def test_plotly_accepts_the_figure_as_it_is_sent(source: Any, name: str, what: s
 
 @pytest.mark.parametrize(("source", "name"), [(s, n) for s in ("run", "recording") for n in charts(s)])
 def test_a_chart_has_a_table_and_a_page(source: Any, name: str) -> None:
-    recording = chart_views.doppler() if charts(source)[name].kinds == ("doppler_pairs",) else chart_views.marks()
+    own = {("doppler_pairs",): chart_views.doppler, ("polar_plots",): chart_views.plots}
+    recording = own.get(charts(source)[name].kinds, chart_views.marks)()
     view = RecordingView(recording) if source == "recording" else VIEWS["complete"](recording)
     drawn = charts(source)[name].draw(view, ChartOptions(full=True))
     table = chart_table(drawn)
@@ -164,7 +169,7 @@ def test_every_chart_is_documented(source: Any, request: pytest.FixtureRequest) 
 def test_reason_codes_are_documented(request: pytest.FixtureRequest) -> None:
     text = (request.config.rootpath / "docs" / "charts.md").read_text(encoding="utf-8")
     folder = request.config.rootpath / "backend" / "charts"
-    sources = "".join(path.read_text(encoding="utf-8") for path in folder.glob("*.py"))
+    sources = "".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.py"))
     codes = set(re.findall(r'ChartNote\(\s*"([a-z_0-9]+)"', sources))
     codes |= set(re.findall(r'not_applicable\([A-Z]+, "([a-z_]+)"', sources))
     codes |= set(re.findall(r'not_applicable\(title, "([a-z_]+)"', sources))
