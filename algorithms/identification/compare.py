@@ -97,8 +97,8 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
     hypotheses = hypotheses_of(registration, first, second)
     notes = [*plots.notes, *_notes(plots, recording, (first, second), unsettled, ranked, truncation, total)]
     if lanes == 1:
-        notes += notes_of(hypotheses, plots.names)
-        notes += suspected(plots, first, second)
+        # Where nothing fits, pairs are accidents and say nothing of the registration.
+        notes += suspected(plots, first, second) or notes_of(hypotheses, plots.names)
     arrays = (
         filled.arrays()
         | joined_pairs(pairs, lanes)

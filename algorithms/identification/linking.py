@@ -1,7 +1,8 @@
 """Plots of one radar joined to tracks where the recording does not say which belong together.
 
-Look by look the plots are assigned to the tracks so far, nearest to where a track goes on, no farther than the largest
-speed allows. A track ends after `PATIENCE` looks without a plot.
+Look by look the plots are assigned to the tracks so far, by the squared distance to where a track goes on: its
+covariance is that of both plots and, for what a track may do in between, of a speed of a third of the largest one in
+every direction. A track ends after `PATIENCE` looks without a plot.
 
 References
 ----------
@@ -19,17 +20,17 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 PATIENCE = 3
-# Errors of the places allow for so many standard deviations.
-SIGMAS = 4.0
+# Beyond this squared distance a plot does not continue a track.
+FARTHEST = 25.0
 
 
-def linked(looks: list[Ints], time_s: Floats, place: Floats, drms_m: Floats, max_speed_mps: float) -> list[Ints]:
+def linked(looks: list[Ints], time_s: Floats, place: Floats, covariance: Floats, max_speed_mps: float) -> list[Ints]:
     """Positions of the plots of each track, in the order of time.
 
     Parameters
     ----------
     looks : positions of the radar's plots at each look
-    time_s, place, drms_m : (M,), (M, 2), (M,) of all plots; NaN places are left out
+    time_s, place, covariance : (M,), (M, 2), (M, 3) xx yy xy of all plots; NaN places are left out
     """
     tracks: list[list[int]] = []
     quiet: list[int] = []
@@ -38,7 +39,7 @@ def linked(looks: list[Ints], time_s: Floats, place: Floats, drms_m: Floats, max
         open_tracks = [i for i, q in enumerate(quiet) if q < PATIENCE]
         score = np.full((len(open_tracks), here.size), -np.inf)
         for n, i in enumerate(open_tracks):
-            score[n] = _scores(tracks[i], here, time_s, place, drms_m, max_speed_mps)
+            score[n] = _scores(tracks[i], here, time_s, place, covariance, max_speed_mps)
         partner = most_likely_matching(score)
         for n, i in enumerate(open_tracks):
             quiet[i] += 1
@@ -52,19 +53,20 @@ def linked(looks: list[Ints], time_s: Floats, place: Floats, drms_m: Floats, max
 
 
 def _scores(
-    track: list[int], here: Ints, time_s: Floats, place: Floats, drms_m: Floats, max_speed_mps: float
+    track: list[int], here: Ints, time_s: Floats, place: Floats, covariance: Floats, max_speed_mps: float
 ) -> Floats:
-    """How well plots continue a track: positive where they are within reach, larger where nearer."""
+    """How well plots continue a track: positive where they may, larger where nearer."""
     last = track[-1]
-    elapsed = time_s[here] - time_s[last]
+    elapsed = np.maximum(time_s[here] - time_s[last], 0.0)
     where = np.broadcast_to(place[last], (here.size, 2))
-    blur = np.hypot(drms_m[last], drms_m[here])
-    reach = max_speed_mps * np.maximum(elapsed, 0.0) + SIGMAS * blur
     if len(track) > 1:
         first = track[max(len(track) - 5, 0)]
         velocity = (place[last] - place[first]) / max(time_s[last] - time_s[first], 1e-9)
-        speed = float(np.hypot(*velocity))
-        velocity = velocity * min(1.0, max_speed_mps / max(speed, 1e-9))
+        velocity = velocity * min(1.0, max_speed_mps / max(float(np.hypot(*velocity)), 1e-9))
         where = where + velocity * elapsed[:, None]
-    miss = np.hypot(*(place[here] - where).T)
-    return np.where(miss <= reach, 1.0 - miss / np.maximum(reach, 1e-9) + 1e-6, -np.inf)
+    xx, yy, xy = (covariance[here] + covariance[last]).T
+    free = (max_speed_mps * elapsed / 3) ** 2
+    xx, yy = xx + free, yy + free
+    dx, dy = (place[here] - where).T
+    distance = (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
+    return np.where(distance <= FARTHEST, FARTHEST + 1 - distance, -np.inf)

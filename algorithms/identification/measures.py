@@ -9,7 +9,10 @@ from algorithms.identification.scenario import CLUTTER
 from algorithms.recording import PolarPlots
 from algorithms.result import Metric, Result
 
-DOF = 2
+
+def dof_of(result: Result) -> int:
+    """Degrees of freedom of a pair: of two places, or of two tracks with their velocities."""
+    return 4 if "track" in result.arrays else 2
 
 
 def measure(recording: PolarPlots, result: Result) -> list[Metric]:
@@ -29,7 +32,7 @@ def measure(recording: PolarPlots, result: Result) -> list[Metric]:
     accepted = a["pair_decision"] == ACCEPTED
     statistic = a["pair_statistic"][accepted]
     n = statistic.size
-    out.append(Metric("nis", float(statistic.mean()) / DOF if n else None, "1", n))
+    out.append(Metric("nis", float(statistic.mean()) / dof_of(result) if n else None, "1", n))
     return out + _against_truth(recording, result) + _errors(recording, result)
 
 

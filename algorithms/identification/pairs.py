@@ -172,18 +172,17 @@ def _chosen(values: Floats, i: NDArray[np.int64]) -> Floats:
 
 
 def mean_of(a: Points, b: Points) -> tuple[Floats, Floats]:
-    """Means (n, 2, L) of two points each, weighted with their information, and covariances (n, 3, L)."""
-    information = [np.zeros_like(a.x) for _ in range(3)]
-    right = [np.zeros_like(a.x) for _ in range(2)]
-    for p in (a, b):
-        determinant = p.xx * p.yy - p.xy * p.xy
-        ixx, iyy, ixy = p.yy / determinant, p.xx / determinant, -p.xy / determinant
-        for total, part in zip(information, (ixx, iyy, ixy), strict=True):
-            total += part
-        right[0] += ixx * p.x + ixy * p.y
-        right[1] += ixy * p.x + iyy * p.y
-    ixx, iyy, ixy = information
-    determinant = ixx * iyy - ixy * ixy
-    xx, yy, xy = iyy / determinant, ixx / determinant, -ixy / determinant
-    place = np.stack([xx * right[0] + xy * right[1], xy * right[0] + yy * right[1]], axis=1)
-    return place, np.stack([xx, yy, xy], axis=1)
+    """Means (n, 2, L) of two points each, weighted with their information, and covariances (n, 3, L).
+
+    As a + K (b - a) with K = A (A + B)^-1 and K B, so that neither point needs an inverse of its own.
+    """
+    xx, yy, xy = a.xx + b.xx, a.yy + b.yy, a.xy + b.xy
+    determinant = xx * yy - xy * xy
+    k11 = (a.xx * yy - a.xy * xy) / determinant
+    k12 = (a.xy * xx - a.xx * xy) / determinant
+    k21 = (a.xy * yy - a.yy * xy) / determinant
+    k22 = (a.yy * xx - a.xy * xy) / determinant
+    dx, dy = b.x - a.x, b.y - a.y
+    place = np.stack([a.x + k11 * dx + k12 * dy, a.y + k21 * dx + k22 * dy], axis=1)
+    cross = (k11 * b.xy + k12 * b.yy + k21 * b.xx + k22 * b.xy) / 2
+    return place, np.stack([k11 * b.xx + k12 * b.xy, k21 * b.xy + k22 * b.yy, cross], axis=1)

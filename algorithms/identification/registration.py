@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 
 # A hypothesis is an alarm below this probability of so large a statistic by chance.
 ALARM_TAIL = 1e-4
+# A rival explanation need not be an alarm of its own.
+RIVAL_TAIL = 0.01
 FEWEST_PAIRS = 5
 # Hypotheses whose penalised rest is within this of the best explain the data as well.
 AS_GOOD = 6.0
@@ -151,7 +153,7 @@ def notes_of(hypotheses: list[Hypothesis], names: tuple[str, ...]) -> list[Note]
     if not hypotheses or not hypotheses[0].alarm:
         return []
     best = hypotheses[0]
-    rivals = [h for h in hypotheses[1:] if h.alarm and h.rest - best.rest < AS_GOOD]
+    rivals = [h for h in hypotheses[1:] if h.tail < RIVAL_TAIL and h.rest - best.rest < AS_GOOD]
     out = [_alarm(best, names)]
     if rivals:
         out.append(

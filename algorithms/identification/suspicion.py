@@ -122,17 +122,16 @@ def _ideas(plots: Plots, first: int, second: int) -> Iterator[_Idea]:
             ),
             replace(plots, angle_rad=np.where(chosen, np.pi / 2 - np.degrees(compass), plots.angle_rad)),
         )
-    for moved, there in ((second, first), (first, second)):
-        sites = plots.sites.copy()
-        sites[moved] = sites[there]
-        yield _Idea(
-            Note(
-                "suspect_translation",
-                f"The plots of radar {plots.names[moved]} seem to be counted from the place of radar "
-                f"{plots.names[there]}: with that place in the site the radars agree.",
-            ),
-            replace(plots, sites=sites),
-        )
+    sites = plots.sites.copy()
+    sites[second] = sites[first]
+    yield _Idea(
+        Note(
+            "suspect_translation",
+            f"The plots of radars {plots.names[first]} and {plots.names[second]} seem to be counted from one place: "
+            "with the same place for both in the site the radars agree.",
+        ),
+        replace(plots, sites=sites),
+    )
     for apart in LOOKS_APART:
         yield _Idea(
             Note(

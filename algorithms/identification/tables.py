@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.identification.measures import dof_of
 from algorithms.identification.outputs import (
     ACCEPTED,
     ALONE,
@@ -28,7 +29,6 @@ Ints = NDArray[np.int64]
 
 # Pairs outside this gate and without a decision are not worth a row.
 LISTED_TAIL = 1e-6
-DOF = 2
 
 REASONS = {
     UNDECIDED: "the most likely partner is not probable enough",
@@ -85,7 +85,7 @@ def _states(recording: PolarPlots, result: Result) -> Table:
             "sigma_up_m": np.full(mark.size, np.nan),
             "drms_m": np.sqrt(xx + yy),
             "nis": a["statistic"][mark, trial],
-            "dof": DOF * (np.maximum(count, 2) - 1),
+            "dof": dof_of(result) * (np.maximum(count, 2) - 1),
             "status": ["fused"] * mark.size,
             "used": [" ".join(u) or None for u in used],
             "row": a["row"][mark],
@@ -105,7 +105,7 @@ def _associations(recording: PolarPlots, result: Result) -> Table:
     """Pairs that were decided, and those that could belong together."""
     a = result.arrays
     decision, statistic = a["pair_decision"], a["pair_statistic"]
-    worth = (statistic <= gate_threshold(LISTED_TAIL, DOF)) | (decision != REJECTED)
+    worth = (statistic <= gate_threshold(LISTED_TAIL, dof_of(result))) | (decision != REJECTED)
     trial, pair = np.nonzero(worth.T)
     place = {int(row): k for k, row in enumerate(a["row"])}
     rows = a["pair_row"][pair]

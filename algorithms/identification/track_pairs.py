@@ -52,9 +52,9 @@ def tracks_of(recording: PolarPlots, plots: Plots, radar: int, p: TrackParameter
     else:
         points = points_of(side_of(plots, radar, np.arange(len(recording))), "mucm")
         place = np.stack([points.x[:, 0], points.y[:, 0]], axis=1)
-        drms = np.sqrt(points.xx[:, 0] + points.yy[:, 0])
+        covariance = np.stack([points.xx[:, 0], points.yy[:, 0], points.xy[:, 0]], axis=1)
         looks = [look.rows[radar] for look in plots.looks]
-        rows = linked(looks, recording.time_s, place, drms, p.max_speed_mps)
+        rows = linked(looks, recording.time_s, place, covariance, p.max_speed_mps)
     rows = [_once_each(recording, r) for r in rows if r.size]
     sides = [side_of(plots, radar, r) for r in rows]
     times = [recording.time_s[r] for r in rows]

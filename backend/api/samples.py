@@ -8,8 +8,9 @@ from __future__ import annotations
 import logging
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from algorithms.errors import FilterRoomError
 from backend.api import uploads
@@ -30,10 +31,21 @@ class Sample:
     files: Mapping[str, str]
     algorithms: tuple[str, ...]
     label: str
+    parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """By name of the algorithm, where the defaults do not fit the recording."""
 
 
 # The last one stands at the top of the list of runs.
 SAMPLES = (
+    Sample(
+        name="plots",
+        files={"file": "sample_plots.csv", "site": "sample_radars.json"},
+        algorithms=("pairwise_test", "assignment", "track_association"),
+        label="Sample: which plots of two radars are one aircraft",
+        parameters={
+            "assignment": {"detection_probability": 0.92, "clutter_per_radar": 2.0, "region_area_m2": 9e8},
+        },
+    ),
     Sample(
         name="marks",
         files={"file": "sample_marks.csv", "site": "sample_site.json"},
@@ -91,7 +103,9 @@ def _import(services: Services, sample: Sample) -> None:
     queue_run(
         services,
         RunIn(
-            algorithms=[EntryIn(name=name) for name in sample.algorithms],
+            algorithms=[
+                EntryIn(name=name, parameters=dict(sample.parameters.get(name, {}))) for name in sample.algorithms
+            ],
             recording_id=recording.id,
             label=sample.label,
             tags=["sample"],

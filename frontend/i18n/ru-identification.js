@@ -203,7 +203,7 @@ export const sentences = {
   "No known mistake explains it: look at the site, the accuracies, the units and the clocks.": "Известные ошибки этого не объясняют: проверьте описание системы, точности, единицы и часы.",
   "The azimuths of {1} seem to be counted counter-clockwise from east: with 90 degrees less the azimuth the radars agree.": "Азимуты {1}, по-видимому, отсчитаны от востока против часовой стрелки: если взять 90 градусов минус азимут, РЛС согласуются.",
   "The azimuths of {1} seem to be radians that were read as degrees: with the unit rad the radars agree.": "Азимуты {1}, по-видимому, в радианах, а прочитаны как градусы: с единицей рад РЛС согласуются.",
-  "The plots of radar {1} seem to be counted from the place of radar {2}: with that place in the site the radars agree.": "Отметки РЛС {1}, по-видимому, отсчитаны от места РЛС {2}: с этим местом в описании системы РЛС согласуются.",
+  "The plots of radars {1} and {2} seem to be counted from one place: with the same place for both in the site the radars agree.": "Отметки РЛС {1} и {2}, по-видимому, отсчитаны от одного места: с общим местом для обеих в описании системы РЛС согласуются.",
   "The looks of radar {1} seem to be {2} too {3}: shifted by as much the radars agree.": "Обзоры РЛС {1}, по-видимому, смещены на {2} ({3}): если сдвинуть их на столько же, РЛС согласуются.",
   "the others": "остальных",
   "Looks with more sets of plots than most_candidates were put together radar by radar, which need not be the best choice, and without probabilities.": "Обзоры, где наборов отметок больше most_candidates, собраны РЛС за РЛС: это не обязательно лучший выбор, и вероятностей нет.",
