@@ -67,9 +67,16 @@ class StudyRun:
     def __init__(self, tables: Mapping[str, Table]) -> None:
         self._tables = tables
 
-    def metric(self, metric: str, label: str, segment: str = "", *, target: str = "", **swept: float) -> Found:
+    def metric(self, metric: str, label: str, segment: str = "", **swept: float) -> Found:
         """One number of the table `metrics`."""
-        row = self._row("metrics", {"metric": metric, "label": label, "segment": segment, "target": target}, swept)
+        return self._metric({"metric": metric, "label": label, "segment": segment, "target": ""}, swept)
+
+    def metric_of_target(self, metric: str, label: str, target: str, **swept: float) -> Found:
+        """One number of the table `metrics`, of one target."""
+        return self._metric({"metric": metric, "label": label, "segment": "", "target": target}, swept)
+
+    def _metric(self, same: Mapping[str, str], swept: Mapping[str, float]) -> Found:
+        row = self._row("metrics", same, swept)
         return Found(row["value"], row["ci95_low"], row["ci95_high"])
 
     def ratio(self, metric: str, label: str, against: str, segment: str = "", **swept: float) -> Found:

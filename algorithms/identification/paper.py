@@ -35,7 +35,7 @@ _KINDS = ("probability_correct", "probability_wrong", "probability_undecided")
 def _judge_table_1(run: StudyRun) -> Sequence[Verdict]:
     out = []
     for claim, (label, target, shares) in zip(_ROWS, PRINTED, strict=True):
-        ours = [run.metric(metric, label, target=target) for metric in _KINDS]
+        ours = [run.metric_of_target(metric, label, target) for metric in _KINDS]
         near = all(abs(found.value - share) < PRINTED_WITHIN for found, share in zip(ours, shares, strict=True))
         correct, wrong, undecided = (found.value for found in ours)
         out.append(
@@ -49,7 +49,7 @@ def _judge_table_1(run: StudyRun) -> Sequence[Verdict]:
                 ours[0].high,
             )
         )
-    row = run.metric("probability_correct", "lin", target="2")
+    row = run.metric_of_target("probability_correct", "lin", "2")
     fits = abs(row.value - 0.650) < PRINTED_WITHIN
     out.append(
         Verdict(
@@ -63,7 +63,7 @@ def _judge_table_1(run: StudyRun) -> Sequence[Verdict]:
             row.high,
         )
     )
-    gain = run.metric("probability_correct", "paper", target="2")
+    gain = run.metric_of_target("probability_correct", "paper", "2")
     out.append(
         Verdict(
             _GAIN,
@@ -117,11 +117,11 @@ _RULE = Claim("curve", "1,000 m apart: share of right pairs in the most likely m
 def _judge_separation(run: StudyRun) -> Sequence[Verdict]:
     out = [
         _verdict(
-            claim, run.metric("probability_correct", "lin", target="1", offset_along_m=dr), float(claim.paper), 0.03
+            claim, run.metric_of_target("probability_correct", "lin", "1", offset_along_m=dr), float(claim.paper), 0.03
         )
         for claim, dr in zip(_SEPARATION, (500, 1000, 1500), strict=True)
     ]
-    found = run.metric("assignment_correct", "matching", target="1", offset_along_m=1000)
+    found = run.metric_of_target("assignment_correct", "matching", "1", offset_along_m=1000)
     return [*out, _verdict(_RULE, found, 0.99, 0.01)]
 
 
@@ -155,7 +155,7 @@ _ACCURACY = Claim("curve", "a longer base makes fused positions better and assoc
 
 def _judge_base(run: StudyRun) -> Sequence[Verdict]:
     out = [
-        _verdict(claim, run.metric("probability_correct", "lin", target="1", base_m=base), float(claim.paper), 0.03)
+        _verdict(claim, run.metric_of_target("probability_correct", "lin", "1", base_m=base), float(claim.paper), 0.03)
         for claim, base in zip(_BASE, (0, 30_000, 100_000), strict=True)
     ]
     short = run.metric("rms_horizontal_m", "matching", base_m=10_000).value

@@ -33,7 +33,13 @@ router = APIRouter(tags=["charts"])
 # Charts of statistics over trials; what the algorithms declare then shows the first trial as an example.
 TRIAL_CHARTS = ("trials_error", "trials_consistency", "trials_lost", "trials_sweep")
 # Charts that say nothing where fewer values are swept.
-OF_SWEEPS = {"trials_sweep": 1, "trials_crossing_sweep": 1, "trials_probability": 1, "trials_base": 1, "trials_placement": 2}
+OF_SWEEPS = {
+    "trials_sweep": 1,
+    "trials_crossing_sweep": 1,
+    "trials_probability": 1,
+    "trials_base": 1,
+    "trials_placement": 2,
+}
 
 Form = Literal["json", "csv", "html"]
 
