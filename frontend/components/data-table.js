@@ -19,6 +19,7 @@ const FOCUSED = "a, button, input";
  * @property {boolean} [head] the cell names its row
  * @property {boolean} [quiet] its title is only read aloud
  * @property {boolean} [wide] takes the whole width on a phone
+ * @property {boolean} [named] its values say nothing without the title; those of numbers never do
  */
 
 export class DataTable extends HTMLElement {
@@ -113,7 +114,9 @@ export class DataTable extends HTMLElement {
     const line = h("tr", { class: [this.link ? "link" : this.onpick ? "pick" : "", current ? "current" : ""].join(" ").trim() || null },
       this.columns.map((column) => {
         const classes = [column.number ? "number" : "", column.wide ? "wide" : ""].join(" ").trim();
-        return h(column.head ? "th" : "td", { class: classes || null, scope: column.head ? "row" : null }, ...[column.cell(row)].flat());
+        // A row that has become a card has no heading over its numbers.
+        const title = this.fold && (column.number || column.named) ? column.title : null;
+        return h(column.head ? "th" : "td", { class: classes || null, scope: column.head ? "row" : null, data: title ? { title } : {} }, ...[column.cell(row)].flat());
       }));
     if (this.link) {
       const href = this.link(row);

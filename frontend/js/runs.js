@@ -8,7 +8,15 @@ import { routeTo } from "./router.js";
 
 /** The words for a run: its label, else what it reprocessed. @param {Run} run */
 export function titleOf(run) {
-  return said(run.label ?? "") || run.source.name || t("run.untitled", { id: run.id.slice(0, 8) });
+  // Only a sample's label is the program's own; what a user wrote stays as it was written.
+  const label = run.tags.includes("sample") ? said(run.label ?? "") : run.label;
+  return label || sourceOf(run) || t("run.untitled", { id: run.id.slice(0, 8) });
+}
+
+/** What a run works on: the name of a recording as the user gave it, or of a scenario. @param {Run} run @returns {string} */
+export function sourceOf(run) {
+  const { name, recording_id, recording_ids } = run.source;
+  return recording_id || recording_ids ? (name ?? "") : said(name ?? "");
 }
 
 /** @param {Run} run @returns {number | null} */

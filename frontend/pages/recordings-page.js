@@ -77,7 +77,7 @@ class RecordingsPage extends HTMLElement {
           { title: t("report.accepted"), number: true, cell: (one) => formatCount(one.rows.accepted), sort: (one) => one.rows.accepted },
           { title: t("report.rejected"), number: true, cell: (one) => h("span", { class: one.rows.rejected ? "bad" : "muted" }, formatCount(one.rows.rejected)), sort: (one) => one.rows.rejected },
           { title: t("report.site"), cell: (one) => siteWords(one) },
-          { title: t("report.truth"), cell: (one) => t(one.has_truth ? "form.yes" : "form.no"), sort: (one) => Number(one.has_truth) },
+          { title: t("report.truth"), named: true, cell: (one) => t(one.has_truth ? "form.yes" : "form.no"), sort: (one) => Number(one.has_truth) },
           { title: t("recordings.size"), number: true, cell: (one) => formatBytes(one.size_bytes), sort: (one) => one.size_bytes ?? null },
           { title: t("runs.column_created"), cell: (one) => h("span", { class: "muted nowrap" }, formatInstant(one.created_at)), sort: (one) => one.created_at ?? null },
         ],

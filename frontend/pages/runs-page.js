@@ -3,12 +3,12 @@
 
 import { define, h, put } from "../js/dom.js";
 import { get, listAll, remove } from "../js/api.js";
-import { formatInstant, said, t, told } from "../js/i18n.js";
+import { formatInstant, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatBytes, formatDuration, formatQuantity } from "../js/numbers.js";
 import { icon } from "../js/icons.js";
 import { rememberQuery, routeTo } from "../js/router.js";
-import { againRoute, durationOf, titleOf } from "../js/runs.js";
+import { againRoute, durationOf, sourceOf, titleOf } from "../js/runs.js";
 import { keyMetric } from "../js/verdict.js";
 import { setTitle } from "../components/app-frame.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
@@ -265,11 +265,11 @@ class RunsPage extends HTMLElement {
 
   /** @param {Run} run */
   nameCell(run) {
-    const recording = run.label && run.source.name !== run.label ? run.source.name : null;
+    const source = run.label && run.source.name !== run.label ? sourceOf(run) : "";
     return h("div", { class: "run-name", data: { run: run.id } },
       h("a", { href: routeTo(["runs", run.id]), class: "break", data: { rowLink: "" } }, titleOf(run)),
-      recording || run.source.scenario ? h("span", { class: "small muted break" },
-        [recording ? said(recording) : "", run.source.scenario ? t("trials.of", { n: run.trials ?? 1 }) : ""].filter(Boolean).join(" · ")) : null, tagLinks(run));
+      source || run.source.scenario ? h("span", { class: "small muted break" },
+        [source, run.source.scenario ? t("trials.of", { n: run.trials ?? 1 }) : ""].filter(Boolean).join(" · ")) : null, tagLinks(run));
   }
 
   /** @param {Run} run */
@@ -334,7 +334,7 @@ function stateCell(run) {
   const badge = stateBadge(run.state);
   if (run.state !== "running" || !run.progress.total) return badge;
   const share = Math.round((100 * run.progress.done) / run.progress.total);
-  return [badge, h("span", { class: "muted small" }, ` ${share}\u202f%`)];
+  return h("span", { class: "nowrap" }, badge, h("span", { class: "muted small" }, ` ${share}\u202f%`));
 }
 
 /** @param {Run} run */
