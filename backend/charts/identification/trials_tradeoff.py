@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy import stats
 
 from backend.charts.figure import ChartNote, Trace, axis, figure, not_applicable, trace
 from backend.charts.identification.samples import Floats, cells_of
 from backend.charts.trial_curves import line_of_variant
-from backend.charts.view import Chart, ChartOptions, Figure, RunView
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "Undecided against wrong"
 LEAST = np.concatenate([[0.5], np.linspace(0.52, 0.98, 24), [0.99, 0.995, 0.999]])
@@ -58,7 +60,9 @@ def _threshold(same: Floats, other: Floats) -> tuple[Floats, Floats]:
     return wrong, undecided
 
 
-def _line(entry, name, undecided, wrong, rule, look, word) -> Trace:  # type: ignore[no-untyped-def]
+def _line(
+    entry: Entry, name: str, undecided: Floats, wrong: Floats, rule: Floats, look: dict[str, Any], word: str
+) -> Trace:
     return trace(
         "series",
         undecided,
