@@ -449,11 +449,8 @@ export const words = {
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
 export const sentences = {
-  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...identification.sentences,
-  ...forwardScatter.sentences, ...multipleModel.sentences,
   ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences,
-  ...identification.sentences, ...identificationStudies.sentences,
-  ...forwardScatter.sentences,
+  ...identification.sentences, ...identificationStudies.sentences, ...forwardScatter.sentences, ...multipleModel.sentences,
 };
 
 // Texts of charts with numbers or names in them.
