@@ -19,7 +19,7 @@ from scipy import stats
 
 from algorithms.forward_scatter.conditions import Conditions, median_interval
 from algorithms.forward_scatter.motion import UNKNOWNS, doppler_rows
-from algorithms.forward_scatter.outputs import ANSWERED, HELD, LINE_OUTPUTS, NO_VALUES
+from algorithms.forward_scatter.outputs import ANSWERED, HELD, INSUFFICIENT, LINE_OUTPUTS, NO_VALUES
 from algorithms.forward_scatter.parameters import GAP_INTERVALS, ScatterParameters
 from algorithms.forward_scatter.passes import passes, signs
 from algorithms.recording import DopplerPairs
@@ -256,6 +256,13 @@ def held_where_thinned(piece: Piece, arrays: Arrays, stride: int) -> None:
                 arrays[name][piece.rows[k]][..., piece.lanes] = arrays[name][piece.rows[k - 1]][..., piece.lanes]
             before = arrays["status"][piece.rows[k - 1], piece.lanes]
             arrays["status"][piece.rows[k], piece.lanes] = np.where(np.isin(before, ANSWERED), HELD, before)
+
+
+def without_one_receiver(piece: Piece, arrays: Arrays) -> None:
+    """Take answers back as long as only one channel was heard in a pass: it fits two places equally well."""
+    heard = np.logical_or.accumulate(np.isfinite(piece.doppler), axis=0).sum(axis=1)
+    index = np.ix_(piece.rows, piece.lanes)
+    arrays["status"][index] = np.where(heard < 2, INSUFFICIENT, arrays["status"][index])
 
 
 def _sign_notes(recording: DopplerPairs) -> list[Note]:

@@ -14,7 +14,7 @@ import numpy as np
 from algorithms.forward_scatter import fit, outputs
 from algorithms.forward_scatter.bound import position_bound
 from algorithms.forward_scatter.conditions import conditions_of, pairs_of
-from algorithms.forward_scatter.estimate import Arrays, Piece, estimate
+from algorithms.forward_scatter.estimate import Arrays, Piece, estimate, without_one_receiver
 from algorithms.forward_scatter.likelihood import Problem
 from algorithms.forward_scatter.lines import PLAIN
 from algorithms.forward_scatter.measures import measure
@@ -111,6 +111,7 @@ def run(recording: DopplerPairs, parameters: KalmanParameters, context: RunConte
         piece.put(arrays, "chi2", out.chi2)
         piece.put(arrays, "dof", out.dof)
         piece.put(arrays, "used", np.isfinite(piece.doppler) & ready)
+        without_one_receiver(piece, arrays)
 
     arrays, notes = estimate(recording, conditions, parameters, context, method)
     return Result(arrays, notes, conditions.settings)

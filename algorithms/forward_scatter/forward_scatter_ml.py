@@ -17,7 +17,7 @@ from algorithms.errors import RecordingError
 from algorithms.forward_scatter import fit, outputs, sequence
 from algorithms.forward_scatter.bound import position_bound
 from algorithms.forward_scatter.conditions import Conditions, Pair, conditions_of, pairs_of
-from algorithms.forward_scatter.estimate import Arrays, Piece, estimate, held_where_thinned
+from algorithms.forward_scatter.estimate import Arrays, Piece, estimate, held_where_thinned, without_one_receiver
 from algorithms.forward_scatter.likelihood import Problem
 from algorithms.forward_scatter.lines import ROBUST
 from algorithms.forward_scatter.lines_method import answer_of, follow_pair, joined
@@ -138,6 +138,7 @@ def run(recording: DopplerPairs, parameters: LikelihoodParameters, context: RunC
         piece.put(arrays, "used", out.used.transpose(1, 0, 2))
         if stride > 1:
             held_where_thinned(piece, arrays, stride)
+        without_one_receiver(piece, arrays)
         if pairs:
             _fall_back(piece, pairs, conditions, arrays)
 

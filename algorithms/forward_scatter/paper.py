@@ -279,8 +279,6 @@ def _judge_one_receiver(run: StudyRun) -> Sequence[Verdict]:
         _word(slope.value > 1.5 * ends.value and near > ends.value, slope.value > ends.value),
         f"At the end its error is {ends.value:.0f} m against {slope.value:.0f} m of the slope; near the crossing, "
         f"where it is singular, the last value is held: {near:.0f} m.",
-        ends.low,
-        ends.high,
     )
     best = run.metric(RMS, "regression", "t=16", **middle).value
     share = best / run.metric(BOUND, "regression", "t=16", **middle).value

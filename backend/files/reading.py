@@ -25,6 +25,7 @@ from backend.files.merging import (
     sort_by_time,
     without_duplicates,
     without_empty_marks,
+    without_second_dopplers,
 )
 from backend.files.options import ColumnSource, ReadLimits, ReadOptions
 from backend.files.packing import with_members
@@ -84,6 +85,7 @@ def read_recording(
     part = with_local_plots(part, options.origin, findings)
     part = without_empty_marks(part, row_files, findings)
     part = without_duplicates(part, row_files, findings)
+    part = without_second_dopplers(part, row_files, findings)
     _refuse_nothing(part, findings, options)
     recording = _with_scans(part, options, findings)
     recording = _with_truth(replace(part, recording=recording), truth, options, limits, findings)

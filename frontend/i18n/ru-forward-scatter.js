@@ -196,6 +196,7 @@ export const words = {
   "crossing time of this receiver is kept from here on": "момент пересечения этого приёмника отсюда удерживается",
 
   // Charts
+  "another row of the same instant has other Dopplers": "у другой строки того же момента другие доплеровские частоты",
   "squares of the units of theta": "квадраты единиц theta",
   "Passes across the base line": "Пролёты через базу",
   "What is known of the crossing": "Что известно о пересечении",

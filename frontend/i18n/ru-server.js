@@ -46,6 +46,7 @@ export const codes = {
   "axis.root": "решение",
   "axis.axis": "ось",
   "rejection.bad_measurements": "приёмы не читаются",
+  "rejection.second_doppler": "вторая доплеровская частота того же момента",
   "rejection.duplicate_row": "повторяет другую строку",
   "rejection.empty_row": "нет измерений",
   "rejection.line_too_long": "слишком длинная строка",

@@ -41,7 +41,7 @@ def test_the_sample_shows_three_passes(visit: Callable[..., Visit], server: Serv
         assert path["points"] == 93 + 2, "three passes with a gap between each two"
     assert {t["name"] for t in passes.traces(role="station")} == {"lines of sight", "transmitters and receivers"}
     crossing = drawn(page, "What is known of the crossing")
-    assert len(crossing.traces(role="truth")) == 3
+    assert len(crossing.traces(role="truth")) == 2
     lines = drawn(page, "Dopplers and their lines")
     assert {t["name"] for t in lines.traces(label="forward_scatter_lines")} >= {
         "forward_scatter_lines, line 1",

@@ -193,3 +193,11 @@ def test_format_option(read):
 def test_edition_is_of_no_use_here(read, warning):
     _, report = read(MARKS, edition="1.2")
     warning(report, "option_ignored")
+
+
+def test_two_rows_of_one_instant_cannot_both_have_a_doppler(read):
+    """Rows of two receivers complete each other; a second value of the same receiver is rejected with its reason."""
+    text = "time_s,doppler_1_hz,doppler_2_hz\n0,5,\n0,,6\n1,4,5\n1,4.5,\n2,3,4\n"
+    recording, report = read(text)
+    assert recording.time_s.tolist() == [0, 0, 1, 2]
+    assert [(r.row, r.code) for r in report.rejections] == [(4, "second_doppler")]

@@ -234,6 +234,16 @@ def test_one_doppler_alone_needs_an_azimuth() -> None:
     assert blind.value.code == "azimuth_missing"
 
 
+def test_a_receiver_that_never_heard_anything_leaves_no_answer() -> None:
+    recording = made()
+    f = recording.doppler_hz.copy()
+    f[:, 1] = np.nan
+    for name, status in ((LINES, "no_line"), (ML, "insufficient_data"), (KALMAN, "insufficient_data")):
+        found = run(name, with_dopplers(recording, f))
+        assert set(states(found)) <= {status, "insufficient_data"}, name
+        assert np.isnan(found.arrays["state"]).all(), name
+
+
 def test_one_early_false_line_does_not_keep_a_false_crossing() -> None:
     recording = made()
     f = recording.doppler_hz.copy()
