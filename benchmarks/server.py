@@ -57,7 +57,7 @@ def serving(data: Path) -> Iterator[ServerProcess]:
 def finished(api: httpx2.Client, location: str) -> dict[str, Any]:
     """Wait until a run has succeeded."""
     while (found := api.get(location).raise_for_status().json())["state"] in ("queued", "running"):
-        time.sleep(0.02)
+        time.sleep(0.05)
     if found["state"] != "succeeded":
         raise SystemExit(f"the run has {found['state']}: {found['error']}")
     return dict(found)
@@ -69,7 +69,7 @@ def upload(api: httpx2.Client, marks: bytes, site: bytes, name: str) -> dict[str
     answer = api.post("/api/v1/recordings", files=files, data={"options": json.dumps({"name": name})})
     found = answer.raise_for_status().json()
     while found["state"] == "parsing":
-        time.sleep(0.02)
+        time.sleep(0.05)
         found = api.get(f"/api/v1/recordings/{found['id']}").json()
     return dict(found)
 
