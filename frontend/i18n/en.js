@@ -372,6 +372,8 @@ export default {
   "compose.recording": "Recording",
   "compose.no_recordings": "No recordings yet.",
   "compose.gone": "The chosen recording is no longer there: it was deleted.",
+  "compose.together": "Together with plots of other radars",
+  "compose.together_hint": "Every algorithm gets one recording of all; the sites say where the radars stand",
   "compose.recording_line": { one: "{n} mark, {site}", other: "{n} marks, {site}" },
   "compose.open_recording": "Open the recording",
   "compose.algorithms": "Algorithms",

@@ -373,6 +373,8 @@ export default {
   "compose.recording": "Запись",
   "compose.no_recordings": "Записей пока нет.",
   "compose.gone": "Выбранной записи больше нет: её удалили.",
+  "compose.together": "Вместе с отметками других РЛС",
+  "compose.together_hint": "Каждый алгоритм получит одну запись из всех; где стоят РЛС, говорят описания системы",
   "compose.recording_line": { one: "{n} отметка, {site}", few: "{n} отметки, {site}", many: "{n} отметок, {site}", other: "{n} отметки, {site}" },
   "compose.open_recording": "Открыть запись",
   "compose.algorithms": "Алгоритмы",

@@ -33,6 +33,9 @@ class NewPage extends HTMLElement {
   recordings = [];
   /** @type {Recording | null} */
   recording = null;
+  /** Other recordings to run on as one with it. @type {Set<string>} */
+  together = new Set();
+  beside = h("div");
   /** @type {(() => void) | null} */
   unwatch = null;
 
@@ -106,7 +109,8 @@ class NewPage extends HTMLElement {
     if (unknown.length) put(this.message, h("p", { class: "warn" }, t("compose.unknown_algorithms", { names: unknown.join(", ") })));
     this.setMode(query.has("scenario") ? "scenario" : uploading ? "upload" : "recording");
     if (dropped.length) this.upload.takeFiles(dropped);
-    const id = query.get("recording");
+    const [id, ...others] = query.getAll("recording");
+    this.together = new Set(others);
     if (id) this.choose(id);
     else if (this.mode === "recording" && this.recordings.length === 1 && this.recordings[0]) this.choose(this.recordings[0].id);
     this.checkStart();
@@ -122,7 +126,7 @@ class NewPage extends HTMLElement {
       put(this.sourceBody, this.trials);
       this.entries?.setSource(null, this.trials.scenario?.kind ?? null);
     } else {
-      put(this.sourceBody, mode === "upload" ? this.upload : this.picker, this.report);
+      put(this.sourceBody, mode === "upload" ? this.upload : this.picker, this.beside, this.report);
       this.entries?.setSource(this.recording?.site ?? null, this.recording?.kind ?? null);
     }
     this.checkStart();
@@ -138,6 +142,29 @@ class NewPage extends HTMLElement {
           : stateBadge(recording.state))))) : emptyState(t("compose.no_recordings")));
   }
 
+  /** Recordings of other radars that may be joined to the chosen one. */
+  drawBeside() {
+    const { recording } = this;
+    const others = this.recordings.filter((one) => one.id !== recording?.id && one.kind === "polar_plots" && one.state === "ready");
+    // Only plots of radars can be joined.
+    if (recording?.kind !== "polar_plots") this.together.clear();
+    for (const id of this.together) if (!others.some((one) => one.id === id)) this.together.delete(id);
+    put(this.beside, recording?.kind === "polar_plots" && others.length ? h("details", { open: this.together.size > 0 },
+      h("summary", null, t("compose.together")),
+      h("fieldset", { class: "plain" }, h("legend", { class: "small muted" }, t("compose.together_hint")),
+        others.map((one) => h("label", { class: "row" },
+          h("input", { type: "checkbox", checked: this.together.has(one.id), onchange: (/** @type {Event} */ event) => this.join(one.id, /** @type {HTMLInputElement} */ (event.target).checked) }),
+          h("span", { class: "break" }, one.name))))) : null);
+  }
+
+  /** @param {string} id @param {boolean} wanted */
+  join(id, wanted) {
+    if (wanted) this.together.add(id);
+    else this.together.delete(id);
+    if (this.recording) rememberQuery({ recording: [this.recording.id, ...this.together] });
+    this.checkStart();
+  }
+
   /** Take what was uploaded as the source. @param {Recording} recording */
   take(recording) {
     this.recordings = [recording, ...this.recordings.filter((one) => one.id !== recording.id)];
@@ -150,12 +177,14 @@ class NewPage extends HTMLElement {
    * @param {Recording} [known]
    */
   async choose(id, known) {
-    rememberQuery({ recording: id, source: null });
+    this.together.delete(id);
+    rememberQuery({ recording: [id, ...this.together], source: null });
     try {
       const recording = known?.rejections ? known : /** @type {Recording} */ (await get(`recordings/${id}`, { signal: this.stop?.signal }));
       this.recording = recording;
       this.entries?.setSource(recording.site, recording.kind);
       this.showReport(recording);
+      this.drawBeside();
       for (const radio of this.picker?.querySelectorAll("input") ?? []) radio.checked = radio.value === id;
     } catch (error) {
       if (this.stop?.signal.aborted) return;
@@ -237,7 +266,9 @@ class NewPage extends HTMLElement {
   /** Where the measurements come from, as it is sent. */
   sourceOf() {
     if (this.mode === "scenario") return this.trials?.read().request;
-    return { recording_id: this.recording?.id, ...(this.seed ? { seed: this.seed } : {}) };
+    const seed = this.seed ? { seed: this.seed } : {};
+    const together = [this.recording?.id, ...this.together];
+    return together.length > 1 ? { recording_ids: together, ...seed } : { recording_id: this.recording?.id, ...seed };
   }
 
   async submit() {
