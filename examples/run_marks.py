@@ -1,6 +1,6 @@
 """Upload a recording with its site, run three algorithms on it, print how good they were. Standard library only.
 
-    python3 examples/run_marks.py [SERVER]          default http://127.0.0.1:8000
+    python3 examples/run_marks.py [SERVER]          default FILTERROOM_URL, else http://127.0.0.1:8000
 
 The token comes from FILTERROOM_TOKEN, else from the file that the server keeps in its data folder.
 """
@@ -11,11 +11,11 @@ import sys
 import time
 import uuid
 from pathlib import Path
-from urllib.error import HTTPError
+from urllib.error import HTTPError, URLError
 from urllib.request import Request, urlopen
 
 SAMPLES = Path(__file__).parent / "recordings"
-SERVER = sys.argv[1].rstrip("/") if len(sys.argv) > 1 else "http://127.0.0.1:8000"
+SERVER = (sys.argv[1:] or [os.environ.get("FILTERROOM_URL", "http://127.0.0.1:8000")])[0].rstrip("/")
 DATA = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share") / "filterroom"
 TOKEN = os.environ.get("FILTERROOM_TOKEN") or (DATA / "token").read_text().strip()
 
@@ -28,6 +28,8 @@ def call(method: str, path: str, body: bytes | None = None, content_type: str = 
     except HTTPError as error:
         problem = json.load(error)
         sys.exit(f"{problem['title']}: {problem['detail']} ({problem['code']})")
+    except URLError as error:
+        sys.exit(f"No server answers at {SERVER}: {error.reason}")
 
 
 def upload(**files: Path) -> dict:

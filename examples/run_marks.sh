@@ -1,9 +1,9 @@
 #!/bin/sh
 # The same with curl: upload, run, wait, fetch the metrics as CSV and a chart that stands alone.
 #
-#     sh examples/run_marks.sh [SERVER] [FOLDER]     default http://127.0.0.1:8000, results into the present folder
+#     sh examples/run_marks.sh [SERVER] [FOLDER]     default FILTERROOM_URL, else http://127.0.0.1:8000; results into the present folder
 set -eu
-server=${1:-http://127.0.0.1:8000}
+server=${1:-${FILTERROOM_URL:-http://127.0.0.1:8000}}
 folder=${2:-.}
 samples=$(dirname "$0")/recordings
 token=${FILTERROOM_TOKEN:-$(cat "${XDG_DATA_HOME:-$HOME/.local/share}/filterroom/token")}

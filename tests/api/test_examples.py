@@ -15,8 +15,8 @@ from tests.api.conftest import TOKEN, ServerProcess
 ALGORITHMS = ("single_mark", "rdf", "rdfv")
 
 
-def execute(command: list[str], token: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "FILTERROOM_TOKEN": token}
+def execute(command: list[str], token: str, **more: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "FILTERROOM_TOKEN": token, **more}
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
 
 
@@ -35,6 +35,12 @@ def test_python_example_says_what_is_wrong(server: ServerProcess, repository: Pa
     done = execute([sys.executable, str(repository / "examples" / "run_marks.py"), server.url], "wrong")
     assert done.returncode == 1
     assert "(token_wrong)" in done.stderr
+    # Nobody listens on the port of discarding.
+    done = execute(
+        [sys.executable, str(repository / "examples" / "run_marks.py")], TOKEN, FILTERROOM_URL="http://127.0.0.1:9"
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith("No server answers at http://127.0.0.1:9: ")
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
