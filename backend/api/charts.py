@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -42,6 +43,9 @@ OF_SWEEPS = {
 }
 
 Form = Literal["json", "csv", "html"]
+
+# One chart is computed at a time: side by side they take as long, and the memory of all of them.
+_drawing = threading.Lock()
 
 
 class ChartItem(BaseModel):
@@ -332,7 +336,8 @@ def drawn(
     if matches(request, etag):
         return not_modified(etag)
     headers = {"ETag": etag, "Cache-Control": "private, no-cache"}
-    figure = draw()
+    with _drawing:
+        figure = draw()
     if form == "json":
         from backend.charts.figure import figure_json
 
