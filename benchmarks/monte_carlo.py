@@ -38,7 +38,7 @@ from algorithms.toolbox.kernels import LANES, kernel
 from algorithms.toolbox.monte_carlo.batches import BATCH, batches
 from algorithms.toolbox.monte_carlo.running import Running
 from algorithms.toolbox.monte_carlo.sums import sums_of
-from tests.api.conftest import ServerProcess, start_server
+from tests.api.conftest import FINAL, ServerProcess, start_server
 
 START = {"mode": "truth", "sd": [500, 50, 1]}
 ARTICLE = {"profile": "article", "start": START}
@@ -148,7 +148,7 @@ def one_core(trials: int) -> None:
             batch = timed("simulate", lambda a=first, b=stop: simulate(conditions_in, tuple(range(a, b)), 1))
             context = LocalContext(1, first)
             scores = timed("filter and score", lambda r=batch, c=context: rdfv.score(r, parameters, c))
-            sums = timed("sum up", lambda s=scores: sums_of(s, scenario.legs(conditions_in)))
+            sums = timed("sum up", lambda s=scores, k=first // BATCH: sums_of(s, scenario.legs(conditions_in), batch=k))
             timed("merge", lambda r=running, s=sums: r.add([s]))
         timed("metrics", lambda r=running: r.metrics(0))
     peak = peak_gflops()
@@ -179,8 +179,12 @@ def serving(workers: int) -> Iterator[ServerProcess]:
 
 
 def finished(api: httpx2.Client, body: dict[str, Any]) -> dict[str, Any]:
-    """Start a run and wait for its end."""
+    """Start a run and wait for its end, as a page does: by its events, so that nobody asks all the time."""
     location = api.post("/api/v1/runs", json=body).raise_for_status().headers["location"]
+    with api.stream("GET", f"{location}/events") as events:
+        for line in events.iter_lines():
+            if line.startswith("data:") and any(f'"{state}"' in line for state in FINAL):
+                break
     while (found := api.get(location).raise_for_status().json())["state"] in ("queued", "running"):
         time.sleep(0.02)
     if found["state"] != "succeeded":

@@ -73,7 +73,7 @@ def checked_scenario(request: RunIn, entries: Sequence[Entry]) -> tuple[Scenario
     problems += found
     if problems:
         return None, list({(p.pointer, p.detail): p for p in problems}.values())
-    batches = batches_per_task(trials, instants, len(plan.variants))
+    batches = batches_per_task(trials, instants, len(plan.variants), len(plan.cells))
     values = instants * trials * len(plan.variants) * len(plan.cells)
     keep_every = max(1, -(-values // MAX_SINGLE_VALUES))
     source = {

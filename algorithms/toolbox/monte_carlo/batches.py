@@ -8,25 +8,32 @@ from __future__ import annotations
 
 import math
 
-# Four blocks of the kernels' sixteen lanes: long enough that what leaves a worker is small against what it computed.
-BATCH = 64
+# Two blocks of the kernels' sixteen lanes: short enough that two workers share a short run evenly.
+BATCH = 32
 # Work of one task: a worker that dies, or a user who cancels, loses at most this.
 TASK_S = 0.5
+# A short run is cut into so many tasks, so that no worker waits long for the last one; but none is shorter than this,
+# for each costs the server some milliseconds.
+TASKS = 8
+SHORTEST_S = 0.06
 # What one instant of one trial costs one algorithm, s: about right for a filter.
 INSTANT_S = 1e-6
 
 
-def batches_per_task(trials: int, instants: int, algorithms: int) -> int:
-    """Return how many batches of trials make a task of about half a second.
+def batches_per_task(trials: int, instants: int, algorithms: int, cells: int = 1) -> int:
+    """Return how many batches of trials make a task: half a second, less where the run is short.
 
     Parameters
     ----------
     trials : of the run
     instants : rows of the simulated recording
     algorithms : entries that filter the same draws
+    cells : of the scenario, so many trials in each
     """
     batch_s = max(instants, 1) * BATCH * max(algorithms, 1) * INSTANT_S
-    return max(1, min(round(TASK_S / batch_s), math.ceil(trials / BATCH)))
+    whole = math.ceil(trials / BATCH)
+    task_s = min(TASK_S, max(batch_s * whole * cells / TASKS, SHORTEST_S))
+    return max(1, min(round(task_s / batch_s), whole))
 
 
 def tasks(trials: int, batches: int) -> list[tuple[int, int]]:

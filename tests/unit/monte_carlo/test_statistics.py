@@ -208,8 +208,11 @@ def test_quantiles_of_nothing() -> None:
     assert found[3] == 0
 
 
-def test_tasks_are_whole_batches_of_about_half_a_second() -> None:
-    assert tasks(300, 2) == [(0, 128), (128, 256), (256, 300)]
-    assert batches_per_task(1_000, 1_900, 2) == 2
+def test_tasks_are_whole_batches_of_half_a_second_or_an_eighth_of_a_short_run() -> None:
+    assert tasks(300, 4) == [(0, 128), (128, 256), (256, 300)]
+    assert batches_per_task(100_000, 1_900, 2) == 4
+    assert batches_per_task(1_000, 1_900, 1) == 4
+    assert batches_per_task(1_000, 1_900, 1, cells=4) == 8
+    assert batches_per_task(200, 1_000, 2) == 1
     assert batches_per_task(10, 10, 1) == 1
-    assert [t for pair in tasks(1_000, 4) for t in batches(*pair)][-1] == (960, 1_000)
+    assert [t for pair in tasks(1_000, 4) for t in batches(*pair)][-1] == (992, 1_000)
