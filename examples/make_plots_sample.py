@@ -1,6 +1,6 @@
 """Make the sample of two radars: plots of six aircraft. Run: uv run python examples/make_plots_sample.py
 
-Twenty looks, missed detections, false plots, true positions, and a second radar whose north is off by 0.15 degrees: the
+Twenty looks, missed detections, false plots, true positions, and a second radar whose north is off by 0.3 degrees: the
 registration alarm has something to find. The same seed gives the same bytes.
 """
 
@@ -20,7 +20,7 @@ SEED = 2008
 LOOKS, PERIOD_S = 20, 10.0
 DETECTION, FALSE_PLOTS = 0.92, 2
 MIDDLE_M, SIDE_M = np.array([20_000.0, 90_000.0]), 30_000.0
-TURNED_RAD = np.radians(0.15)
+TURNED_RAD = np.radians(0.3)
 SITE = Site.model_validate(
     {
         "origin": {"latitude_deg": 55.75, "longitude_deg": 37.62, "height_m": 150.0},

@@ -94,6 +94,28 @@ export const words = {
   "Algorithm and target": "Алгоритм и цель",
   "Probability as stated": "Заявленная вероятность",
   "Share of right pairs": "Доля верных пар",
+
+  // names of curves
+  "pairs": "пары",
+  "fused, 95 % ellipses": "по двум РЛС, 95 % эллипсы",
+  "accepted": "принято",
+  "true position": "истинное место",
+  "correct": "верно",
+  "wrong": "ошибочно",
+  "undecided": "без решения",
+  "undecided, none inside": "без решения, в стробе никого",
+  "undecided, several or too uncertain": "без решения, несколько или мало уверенности",
+  "undecided, as printed": "без решения, как напечатано",
+  "most likely matching correct": "верно в наиболее вероятном соответствии",
+  "true pairs outside the gate": "истинные пары вне строба",
+  "fused error": "ошибка по двум РЛС",
+  "true pairs": "истинные пары",
+  "false pairs": "ложные пары",
+  "threshold at alpha = 0.01": "порог при alpha = 0,01",
+  "honest": "честно",
+  "least probability": "наименьшая вероятность",
+  "threshold rule": "правило порога",
+  "reconstructed placement": "восстановленное расположение",
 };
 
 /** @type {Record<string, string>} */
@@ -122,4 +144,11 @@ export const sentences = {
   "Of {1}, look {2}, the one with the most doubt; rows and columns are row numbers.": "Вариант {1}, обзор {2}, где больше всего сомнений; строки и столбцы – номера строк.",
   "Of accepted pairs; to the right of the law the accuracies are claimed too good, or the radars disagree.": "По принятым парам; правее закона – точности завышены или РЛС расходятся.",
   "The first {1} of {2}.": "Первые {1} из {2}.",
+  "radar {1}, plots": "РЛС {1}, отметки",
+  "radar {1}, 95 % regions": "РЛС {1}, области 95 %",
+  "{1} pairs": "пар: {1}",
+  "chi-square, {1} degrees of freedom": "хи-квадрат, {1} степени свободы",
+  "noncentral law of {1}": "нецентральный закон, {1}",
+  "share {1}": "доля {1}",
+  "{1} plots": "отметок: {1}",
 };

@@ -76,7 +76,21 @@ def test_it_speaks_russian_and_fits_a_telephone(visit: Callable[..., Visit], ser
     visited = visit(locale="ru-RU", color_scheme=scheme, viewport={"width": 390, "height": 844})
     page = visited.open(f"#/runs/{run}")
     drawn(page, "Пары с областями их ошибок")
-    names = (*LABELS, "west", "east", "sample_plots", "Sample: which plots of two radars are one aircraft", "sample")
+    names = (
+        *LABELS,
+        "west",
+        "east",
+        "clutter",
+        "AC1",
+        "AC2",
+        "AC3",
+        "AC4",
+        "AC5",
+        "AC6",
+        "sample_plots",
+        "Sample: which plots of two radars are one aircraft",
+        "sample",
+    )
     assert english_left(page, names) == []
     overflow = page.evaluate("() => document.documentElement.scrollWidth - document.documentElement.clientWidth")
     assert overflow <= 0

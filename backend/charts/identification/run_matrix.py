@@ -1,4 +1,4 @@
-"""Probabilities of the pairs of one look as a matrix, with a column and a row for "none" and the accepted pairs."""
+"""Probabilities of the pairs of one look as a matrix, with a column and a row for "none" (∅) and the accepted pairs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from backend.charts.view import Chart, ChartOptions, Figure, RunView
 TITLE = "Probabilities of the pairs of one look"
 # Larger looks are cut: labels could not be read.
 MOST_PLOTS = 60
-NONE = "none"
+# Also for who reads no English.
+NONE = "∅"
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:

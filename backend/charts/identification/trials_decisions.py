@@ -12,12 +12,15 @@ from backend.charts.identification.samples import numbers, rows_of, swept_names
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Correct, wrong, undecided"
+PRINTED_UNDECIDED = "printed"
 # Metric, word, colour, pattern. The two kinds of undecided share a colour and differ in their hatching.
 PARTS = (
     ("probability_correct", "correct", "#009E73", ""),
     ("probability_wrong", "wrong", "#D55E00", ""),
     ("probability_undecided_none", "undecided, none inside", "#8a929b", "/"),
     ("probability_undecided_several", "undecided, several or too uncertain", "#8a929b", "x"),
+    # The paper does not tell the two kinds apart.
+    (PRINTED_UNDECIDED, "undecided, as printed", "#c4c9cf", ""),
 )
 # Table 1 of the paper: correct, wrong, undecided of targets 1 and 2.
 PRINTED = {
@@ -49,7 +52,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
                 right, wrong, undecided = PRINTED[entry.label][int(target) - 1]
                 names.append(f"{entry.label}, target {target}, printed")
                 intervals.append((np.nan, np.nan))
-                for (metric, *_), share in zip(PARTS, (right, wrong, undecided, 0.0), strict=True):
+                for (metric, *_), share in zip(PARTS, (right, wrong, 0.0, 0.0, undecided), strict=True):
                     values[metric].append(share)
     if not names or len(names) > MOST_BARS:
         return not_applicable(TITLE, "no_decisions" if not names else "too_many_bars")
@@ -62,6 +65,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         notes.append(ChartNote("printed_table", text))
     traces: list[Trace] = []
     for metric, word, color, shape in PARTS:
+        if metric == PRINTED_UNDECIDED and not any(values[metric]):
+            continue
         marker: dict[str, Any] = {"color": color}
         if shape:
             marker["pattern"] = {"shape": shape, "fgcolor": theme.TEXT, "size": 5, "solidity": 0.2}
@@ -93,7 +98,7 @@ def _value(table: Any, metric: str, target: str, same: dict[str, float]) -> floa
     for i in rows_of(table, metric, target).tolist():
         if all(numbers(table, n)[i] == v for n, v in same.items()):
             return float(np.nan_to_num(numbers(table, "value")[i]))
-    if metric == "probability_undecided_none":
+    if metric == "probability_undecided_none" and not rows_of(table, metric, target).size:
         return _value(table, "probability_undecided", target, same)
     return 0.0
 

@@ -41,7 +41,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
                 "zmin": 0,
                 "zmax": 1,
                 "colorscale": [[i / 5, c] for i, c in enumerate(theme.SEQUENCE)],
-                "colorbar": {"title": {"text": "P(correct)"}, "thickness": 12},
+                "colorbar": {"title": {"text": "P"}, "thickness": 12},
                 "name": entry.label,
                 "meta": meta("series", entry),
                 "hovertemplate": "%{x:g}, %{y}: %{z:.3f}<extra></extra>",
