@@ -1,12 +1,11 @@
 """Multiple-model filter over any list of models, transition matrix, regions, structure and merging rule.
 
-The default set is ours: gravity-aware constant velocity, quiet and noisy constant acceleration, merged by moments, with
-noise of the rate form and measurements in their own coordinates; a physically right quiet model is what makes the
-textbook's rule the best one (docs/methods/multiple_model.md). With `smooth` the result of a recording is that of a
-fixed-interval smoother.
+The default set is ours: constant velocity, free flight under gravity and drag, quiet and noisy constant acceleration,
+merged by moments, with noise of the rate form and measurements in their own coordinates. A physically right quiet model
+is what makes the textbook's rule the best one (docs/methods/multiple_model.md).
 
 Differences from the paper: models, measurement, noise form, merging and answer of the default are not its own; regions
-with matrices of their own, powers of the matrix that are not whole and the smoother are not in it.
+with matrices of their own and powers of the matrix that are not whole are not in it.
 """
 
 from __future__ import annotations
@@ -29,15 +28,21 @@ from algorithms.scores import Floats, Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 
 MODELS = (
-    ModelChoice(kind="gv", sigma_mps2=0.5),
+    ModelChoice(kind="cv", sigma_mps2=0.5),
+    ModelChoice(kind="gd", sigma_mps2=1.0),
     ModelChoice(kind="ca", sigma_mps2=0.05),
     ModelChoice(kind="ca", sigma_mps2=30.0),
 )
-TRANSITION = ((0.996, 0.0, 0.004), (0.0, 0.996, 0.004), (0.002, 0.002, 0.996))
+TRANSITION = (
+    (0.999, 0.0, 0.0, 0.001),
+    (0.0, 0.999, 0.0, 0.001),
+    (0.0, 0.0, 0.999, 0.001),
+    (0.005, 0.005, 0.005, 0.985),
+)
 STEP_S = 0.05
 
 # Surface craft turn at a few m/s2 and have no vertical motion; scans come every second or two.
-SURFACE_MODELS = (("cv", 0.1), ("ca", 0.5), ("cv", 3.0))
+SURFACE_MODELS = (("cv", 0.1), ("ca", 0.3), ("cv", 3.0))
 SURFACE_TRANSITION = ((0.94, 0.03, 0.03), (0.05, 0.9, 0.05), (0.05, 0.05, 0.9))
 SURFACE_STEP_S = 1.0
 
@@ -58,7 +63,13 @@ class MultipleModelParameters(MergingParameters):
     models: tuple[ModelChoice, ...] = parameter(MODELS, title="Models", group="motion", min_length=1, max_length=10)
     """One filter for each; their order is that of the matrix."""
     transition: tuple[tuple[float, ...], ...] = parameter(
-        TRANSITION, title="Transition probabilities", group="motion", min_length=1, max_length=10
+        TRANSITION,
+        title="Transition probabilities",
+        group="motion",
+        min_length=1,
+        max_length=10,
+        labels_from="models",
+        row_sum=1,
     )
     """From the row's model to the column's within the base interval; each row sums to 1."""
     transition_step_s: float = parameter(STEP_S, title="Base interval", unit="s", group="motion", gt=0, le=1e4)
@@ -107,7 +118,7 @@ def bound(recording: Plots, parameters: MultipleModelParameters) -> Floats | Non
 ALGORITHM = Algorithm(
     name="multiple_model",
     title="Multiple-model filter",
-    summary="Any models, transition matrix and merging rule; by default gravity-aware constant velocity, and quiet and "
+    summary="Any models, transition matrix and merging rule; by default straight and free flight, quiet and "
     "noisy constant acceleration.",
     family="multiple_model",
     takes=("antenna_plots", "polar_plots"),

@@ -16,7 +16,7 @@ export const words = {
   "Three models (MMA2-122)": "Три модели (ММА2-122)",
   "The paper's best: constant velocity, quiet and noisy constant acceleration, merged by its combined rule.": "Лучший в статье: постоянная скорость, тихое и шумное постоянное ускорение, объединяемые её комбинированным правилом.",
   "Multiple-model filter": "Многомодельный фильтр",
-  "Any models, transition matrix and merging rule; by default gravity-aware constant velocity, and quiet and noisy constant acceleration.": "Любые модели, матрица переходов и правило объединения; по умолчанию постоянная скорость с учётом силы тяжести, тихое и шумное постоянное ускорение.",
+  "Any models, transition matrix and merging rule; by default straight and free flight, quiet and noisy constant acceleration.": "Любые модели, матрица переходов и правило объединения; по умолчанию прямой и свободный полёт, тихое и шумное постоянное ускорение.",
   "Kalman filter with a manoeuvre detector": "Фильтр Калмана с обнаружителем манёвра",
   "One filter whose noise is raised while its innovations are too large: the traditional rival.": "Один фильтр, шум которого повышается, пока невязки слишком велики: традиционный соперник.",
 
