@@ -297,6 +297,19 @@ def _solve_anew(lane, gate, setup, track, now):
 
 
 @inlined
+def count_followed(lanes, robust, p, times, last_update, suspect, live, status, possible, receptions, has_altitude):
+    """How many lanes are on their track and take the mark: mostly all of them, and there is nothing to decide."""
+    count = 0
+    for lane in range(lanes):
+        known = (p[2, lane] <= VELOCITY_UNKNOWN_MPS**2) & (p[14, lane] <= VELOCITY_UNKNOWN_MPS**2)
+        known &= (times[lane] - last_update[lane] <= STALE_S) & (suspect[lane] == 0)
+        followed = (live[lane] == 1) & (status[lane] != REJECTED_TIME) & (possible[lane] == 1)
+        heard = (receptions[lane] >= 2) | (has_altitude[lane] > 0.0)
+        count += 1 if followed & heard & ((not robust) | known) else 0
+    return count
+
+
+@kernel
 def decide(lanes, gate, setup, track, now):
     """Decide what each lane does with the mark: start, restart, update (and where to linearise), or nothing."""
     for lane in range(lanes):

@@ -95,6 +95,7 @@ def _recursion(time, truth, received, decoded, start, setup, out):
     nu = np.empty((n_stations + 1, LANES))
     var = np.empty((n_stations + 1, LANES))
     active = np.empty((n_stations + 1, LANES))
+    sums = np.zeros(6 * LANES)
     t = np.zeros(LANES)
     nis = np.zeros(LANES)
     determinant = np.ones(LANES)
@@ -106,7 +107,7 @@ def _recursion(time, truth, received, decoded, start, setup, out):
         for a in range(3):
             at[a, :] = truth[k, a]
             x[3 * a, :] = truth[k, a]
-        contrast_rows(toa, received[k], setup.stations, setup.variance, at, x, 3, h, nu, var, active)
+        contrast_rows(toa, received[k], setup.stations, setup.variance, at, x, 3, h, nu, var, active, sums)
         altitude_row(altitude, at, x, 3, setup.earth, h[n_stations], nu[n_stations])
         var[n_stations, :] = setup.altitude_variance
         for lane in range(LANES):

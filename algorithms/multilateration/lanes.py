@@ -267,6 +267,8 @@ class Rows(NamedTuple):
     covariance: Floats
     """A bare position and its packed covariance: the update in small, to learn NIS before the noise is settled."""
     nis: Floats
+    sums: Floats
+    """(6 LANES,): workspace of the contrasts"""
 
 
 def new_now(stations: int) -> Now:
@@ -314,6 +316,7 @@ def new_rows(stations: int) -> Rows:
         position=np.zeros((3, LANES)),
         covariance=np.zeros((6, LANES)),
         nis=np.zeros(LANES),
+        sums=np.zeros(6 * LANES),
     )
 
 

@@ -25,7 +25,7 @@ AT_STATION_M = 1e-3
 
 
 @kernel
-def contrast_rows(toa_m, used, stations, variance, at, x, n_axis, h, nu, var, active):
+def contrast_rows(toa_m, used, stations, variance, at, x, n_axis, h, nu, var, active, sums):
     """Build the rows of one mark for a block of trials.
 
     Parameters
@@ -38,9 +38,12 @@ def contrast_rows(toa_m, used, stations, variance, at, x, n_axis, h, nu, var, ac
     x : (n, LANES), state whose position (components 0, n_axis, 2 n_axis) the innovations refer to
     h : (S, 3, LANES), nu, var, active : (S, LANES)
         The rows; row 0 of a lane's first reception is inactive.
+    sums : (6 LANES,)
+        Workspace.
     """
     # Flat views and one row of sums: with known row lengths the compiler sees what does not overlap, and vectorises.
-    sums = np.zeros(6 * LANES)  # weight, then the means of z, r, u
+    for i in range(6 * LANES):
+        sums[i] = 0.0  # weight, then the means of z, r, u
     z = toa_m.reshape(toa_m.size)
     here = used.reshape(used.size)
     point = at.reshape(at.size)

@@ -1,0 +1,97 @@
+"""The mark at hand, lane by lane: what was received, and how long after the state it comes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from algorithms.multilateration.begin import drop, emission_offset
+from algorithms.multilateration.lanes import COAST, GAP_S, R_NONE, R_OLD, REJECTED_TIME
+from algorithms.toolbox.kernels import LANES, inlined
+from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
+
+
+@inlined
+def read_mark(k, marks, setup, now):
+    """Copy one mark into the lanes: finite receptions, altitude, and whether its spread is possible."""
+    n_stations = setup.stations.shape[0]
+    lanes = marks.toa.shape[2]
+    for lane in range(LANES):
+        now.receptions[lane] = 0
+        now.possible[lane] = 1
+        now.has_altitude[lane] = 0.0
+        now.altitude[lane] = 0.0
+        now.elapsed[lane] = 0.0
+        now.go[lane] = 0.0
+        now.iterate[lane] = 0
+        now.reason[lane] = R_NONE
+        now.dof[lane] = 0
+    for s in range(n_stations):
+        for lane in range(lanes):
+            value = marks.toa[k, s, lane]
+            here = np.isfinite(value)
+            now.used[s, lane] = 1.0 if here else 0.0
+            now.toa[s, lane] = SPEED_OF_LIGHT_MPS * value if here else 0.0
+            now.receptions[lane] += 1 if here else 0
+    for s in range(n_stations):
+        for q in range(s):
+            limit = setup.spread_limit[s, q]
+            for lane in range(lanes):
+                both = now.used[s, lane] * now.used[q, lane]
+                apart = both * abs(now.toa[s, lane] - now.toa[q, lane])
+                now.possible[lane] = 0 if apart > limit else now.possible[lane]
+    if setup.use_altitude:
+        for lane in range(lanes):
+            value = marks.altitude[k, lane]
+            here = np.isfinite(value)
+            now.altitude[lane] = value if here else 0.0
+            now.has_altitude[lane] = 1.0 if here else 0.0
+
+
+@inlined
+def elapse_to_gate(k, lanes, gate, gates, times, live, elapsed, status, reason):
+    """Time from each state to mark k; reject what is older. The article filters at the gate's time, `gate` (M, L)."""
+    # Without a branch, and one array written at a time: the compiler puts the lanes side by side only where it can tell
+    # that arrays do not overlap, and it gives up on many.
+    for lane in range(lanes):
+        at = gate[k, lane]
+        t = at - times[lane]
+        runs = np.isfinite(at) & (at >= gates[lane]) & (live[lane] == 1) & (t > 0.0)
+        elapsed[lane] = t if runs else 0.0
+    for lane in range(lanes):
+        status[lane] = COAST if np.isfinite(gate[k, lane]) & (gate[k, lane] >= gates[lane]) else REJECTED_TIME
+    for lane in range(lanes):
+        reason[lane] = R_NONE if np.isfinite(gate[k, lane]) & (gate[k, lane] >= gates[lane]) else R_OLD
+    for lane in range(lanes):
+        at = gate[k, lane]
+        gates[lane] = at if np.isfinite(at) & (at >= gates[lane]) else gates[lane]
+
+
+@inlined
+def elapse_to_emission(lanes, gate, setup, track, now):
+    """Time from each state to this mark; reject what is older, close what has coasted too long.
+
+    The robust profile filters at the emission, estimated with the predicted position.
+    """
+    x = track.x
+    for lane in range(lanes):
+        if gate[lane] < track.gate[lane] or not np.isfinite(gate[lane]):
+            now.status[lane] = REJECTED_TIME
+            now.reason[lane] = R_OLD
+            continue
+        now.status[lane] = COAST
+        track.gate[lane] = gate[lane]
+        if track.live[lane] == 0:
+            continue
+        t = gate[lane] - track.time[lane]
+        px = x[0, 0, lane] + t * (x[0, 1, lane] + 0.5 * t * x[0, 2, lane])
+        py = x[0, 3, lane] + t * (x[0, 4, lane] + 0.5 * t * x[0, 5, lane])
+        pz = x[0, 6, lane] + t * (x[0, 7, lane] + 0.5 * t * x[0, 8, lane])
+        offset = np.nan
+        if now.possible[lane] == 1:
+            offset = emission_offset(px, py, pz, now.toa, now.used, setup.stations, lane)
+        t += offset if np.isfinite(offset) else setup.gate_centre_s
+        t = max(t, 0.0)
+        if track.time[lane] + t - track.last_update[lane] > GAP_S:
+            drop(lane, track)
+            t = 0.0
+        now.elapsed[lane] = t
