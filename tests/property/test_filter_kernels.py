@@ -127,6 +127,34 @@ def test_rotation_of_site_and_truth_rotates_the_track(marks: ToaMarks) -> None:
     np.testing.assert_allclose(b["state"][400, ::3, :], m @ a["state"][400, ::3, :], atol=1e-3)
 
 
+def test_translation_of_site_and_truth_moves_the_track(marks: ToaMarks) -> None:
+    """Without the altitude, which knows where the Earth is, no place is better than another."""
+    from dataclasses import replace
+
+    assert marks.site is not None
+    move = np.array([12_000.0, -7_000.0, 300.0])
+    stations = [
+        {"name": s.name, "east_m": p[0], "north_m": p[1], "up_m": p[2]}
+        for s, p in zip(marks.site.stations, marks.site.station_positions() + move, strict=True)
+    ]
+    site = Site.model_validate({**marks.site.to_json(), "stations": stations})
+    state = start_state(marks)
+    moved = state.copy()
+    moved[::3] += move
+    a = run(marks, False, profile="article", start=Start(mode="given", state=tuple(state), sd=SD))
+    b = run(replace(marks, site=site), False, profile="article", start=Start(mode="given", state=tuple(moved), sd=SD))
+    np.testing.assert_allclose(b["state"][200, ::3] - move[:, None], a["state"][200, ::3], atol=1e-2)
+
+
+def test_another_zero_of_time_does_not_matter(marks: ToaMarks) -> None:
+    from dataclasses import replace
+
+    start = {"start": Start(mode="given", state=tuple(start_state(marks)), sd=SD), "profile": "article"}
+    a, b = run(marks, **start), run(replace(marks, time_s=marks.time_s + 4096.0), **start)
+    np.testing.assert_allclose(b["time_s"][:300] - 4096.0, a["time_s"][:300], atol=1e-9)
+    np.testing.assert_allclose(b["state"][:300], a["state"][:300], atol=1e-4)
+
+
 @given(
     t=st.floats(0.0, 60.0),
     sigma=st.floats(1e-3, 10.0),
