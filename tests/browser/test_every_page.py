@@ -138,6 +138,7 @@ def squeezed(page: Page) -> list[str]:
 def test_axe_finds_nothing(visit: Callable[..., Visit], routes: dict[str, list[str]], name: str, scheme: str) -> None:
     visited = visit(color_scheme=scheme)
     page = visited.open("#/about")
+    visited.settle()
     found = []
     for view in views(visited, routes[name]):
         results = Axe().run(page, context=WITHOUT_PLOTS, options=RULES[scheme])
@@ -152,6 +153,7 @@ def test_nothing_is_wider_than_the_screen(
 ) -> None:
     visited = visit(locale=language)
     page = visited.open("#/about")
+    visited.settle()
     found = []
     for view in views(visited, routes[name]):
         for width in WIDTHS:
