@@ -47,16 +47,16 @@ SAMPLES = (
         },
     ),
     Sample(
-        name="marks",
-        files={"file": "sample_marks.csv", "site": "sample_site.json"},
-        algorithms=("single_mark", "rdf", "rdfv"),
-        label="Sample: three algorithms on simulated marks",
-    ),
-    Sample(
         name="dopplers",
         files={"file": "sample_dopplers.csv", "site": "sample_doppler_site.json"},
         algorithms=("forward_scatter_ml", "forward_scatter_lines", "forward_scatter_angle"),
         label="Sample: three passes across a base line",
+    ),
+    Sample(
+        name="marks",
+        files={"file": "sample_marks.csv", "site": "sample_site.json"},
+        algorithms=("single_mark", "rdf", "rdfv"),
+        label="Sample: three algorithms on simulated marks",
     ),
 )
 
