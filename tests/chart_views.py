@@ -110,6 +110,22 @@ def run(recording: Recording, *tables: Mapping[str, Table], labels: tuple[str, .
     return RunView(recording, tuple(entry(labels[i], i, t, recording) for i, t in enumerate(tables)))
 
 
+MODELS = (("cv_0.05", 0.75), ("ca_30", 0.25))
+
+
+def model_tables(recording: Recording) -> dict[str, Table]:
+    """Probabilities of two motion models at every row."""
+    n = len(recording)
+    columns: dict[str, Any] = {
+        "trial": np.full(2 * n, np.nan),
+        "track": np.ones(2 * n),
+        "time_s": np.repeat(recording.time_s, 2),
+        "model": [name for name, _ in MODELS] * n,
+        "probability": np.tile([share for _, share in MODELS], n),
+    }
+    return {"mode_probabilities": Table(columns)}
+
+
 def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -> dict[str, Table]:
     """Curves and metrics of ten trials at two swept values; at the first instant nothing is known yet."""
     count = 5
@@ -129,6 +145,10 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
     for name, factor in (("rms", 1.0), ("sd", 0.9), ("mean", -0.4), ("bound_3", 0.5), ("bound_4", 0.7)):
         columns[f"crossing_distance_{name}_m"] = factor * growing
     columns |= {f"crossing_distance_rms_m_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}
+    for name in ("up_m", "velocity_up_mps"):
+        columns |= {f"rms_{name}": growing, f"bound_{name}": 0.5 * growing}
+        columns |= {f"rms_{name}_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}
+    columns |= {f"mode_probability_{model}": np.where(np.isfinite(growing), share, np.nan) for model, share in MODELS}
     for statistic in ("nees", "nis"):
         known = np.isfinite(growing)
         columns |= {statistic: np.where(known, 1.5, np.nan)}

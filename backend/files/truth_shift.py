@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from algorithms.recording import Floats, Ints, PolarPlots, Recording, ToaMarks
-from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 from backend.files.truth_tracks import PathPoints, TruthTrack
 
 # The clocks of two recorders are seconds apart, or by the 18 s between GPS and UTC; more is another mistake.
@@ -129,6 +128,9 @@ def _marks(
     toa = recording.toa_s[rows, :, 0] - offsets_s
     received = np.isfinite(toa)
     count = np.maximum(received.sum(axis=1), 1)
+
+    # It stands among what is compiled, for which no server waits at its start.
+    from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 
     def centred(values: Floats) -> Floats:
         values = np.where(received, values, 0.0)

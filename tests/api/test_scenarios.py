@@ -20,10 +20,10 @@ def test_the_catalogue_has_every_preset_with_its_schema(api: httpx2.Client) -> N
     items = api.get(URL).raise_for_status().json()["items"]
     assert [i["name"] for i in items] == list(scenarios_by_name())
     for item in items:
-        properties = item["parameters_schema"]["properties"]
-        assert properties["sigma_toa_ns"]["default"] == 10.0
         assert api.get(f"{URL}/{item['name']}").json() == item
-    circuit, incomplete = items[0], items[1]
+    found = {item["name"]: item for item in items}
+    circuit, incomplete = found["four_station_circuit"], found["four_station_incomplete"]
+    assert circuit["parameters_schema"]["properties"]["sigma_toa_ns"]["default"] == 10.0
     assert circuit["kind"] == "toa_marks"
     assert [r["key"] for r in circuit["references"]] == ["chugunov2023"]
     assert incomplete["parameters_schema"]["properties"]["timing"]["default"] == "irregular"

@@ -23,8 +23,8 @@ from tests import chart_views, pair_views
 ROLES = {"series", "truth", "station", "measurement", "bound", "interval", "rejected"}
 # Quantities without a unit; everything else says its unit after the last comma.
 UNITLESS = (
-    "NIS", "Station", "Gain", "Chi2", "Calibration error", "Plot of", "Algorithm", "Probability", "Share", "Squared",
-    "sigma", "scenario",
+    "NIS", "Station", "Gain", "Chi2", "Calibration error", "Plot of", "Algorithm", "Probability",
+    "Mean probability", "Share", "Squared", "sigma", "scenario",
 )  # fmt: skip
 LONG_LABEL = "rdfv " + "x" * 115
 
@@ -62,6 +62,7 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
                 "receivers": chart_views.receivers(),
                 **chart_views.trial_tables(scale),
                 **chart_views.scatter_tables(r),
+                **chart_views.model_tables(r),
                 **pair_views.pair_tables(r),
             }
             for scale in (2.0, 1.0, 1.0)

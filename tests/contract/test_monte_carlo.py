@@ -161,7 +161,7 @@ def test_a_table_of_a_cell_survives_the_file(composed: Callable[..., Any]) -> No
 
 
 def test_cells_of_different_length_keep_their_values_and_thinning_is_told() -> None:
-    algorithm, scenario = PAIRS[0].values
+    algorithm, scenario = algorithms_by_name()["rdf"], scenarios_by_name()["four_station_circuit"]
     entries = [Entry(algorithm.name, algorithm.name, {})]
     plan = trials_plan(
         {"preset": scenario.name, "parameters": {"legs": []}}, entries, {"scenario.duration_s": [12.0, 24.0]},

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from algorithms.errors import ParameterError
-from algorithms.multiple_model import kalman_2_1, mma2_11, mma2_122, multiple_model
+from algorithms.multiple_model import kalman_2_1, mma2_11, mma2_122
 from algorithms.multiple_model.parameters import PaperParameters
 from algorithms.multiple_model.scenario import AeroballisticParameters, AntennaScenario, simulate
 from algorithms.multiple_model.states import COASTING, REJECTED, UNUSUAL
@@ -179,7 +179,7 @@ def test_missed_wild_and_repeated_measurements(arc: AntennaPlots) -> None:
 
 
 def test_a_matrix_that_is_transposed_is_said_so() -> None:
-    p = tuple(zip(*multiple_model.TRANSITION, strict=True))
+    p = tuple(zip(*mma2_122.TRANSITION, strict=True))
     recording = simulate(AntennaScenario(duration_s=1.0), (0,), 1)
     with pytest.raises(ParameterError, match="Row 1") as caught:
         run_bank(recording, PAPER, replace(THREE, transition=p), LocalContext(), lean=True)

@@ -28,7 +28,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         suffix = "" if i == 0 else str(i + 1)
         top = 1 - i * height
         layout[f"yaxis{suffix}"] = axis(
-            "Probability" if len(found) == 1 else entry.label,
+            "Probability" if len(found) == 1 else f"Probability, {entry.label}",
             range=[0, 1],
             domain=[top - height * (0.85 if len(found) > 1 else 1), top],
         )

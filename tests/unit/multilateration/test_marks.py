@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from algorithms.errors import ParameterError, RecordingError
 from algorithms.multilateration import lanes, rdf, rdfv, single_mark
-from algorithms.multilateration.filter_kernel import _repair
+from algorithms.multilateration.concluding import _repair
 from algorithms.multilateration.scenario import CircuitParameters, four_stations, simulate
 from algorithms.recording import ToaMarks
 from algorithms.result import Result
