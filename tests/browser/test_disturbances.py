@@ -96,7 +96,7 @@ def test_a_restarted_server_is_found_again_by_every_page(visit: Callable[..., Vi
     for page in pages.values():
         expect(page.locator(".lost")).to_be_visible()
         expect(page.locator("main")).to_have_class(re.compile("stale"))
-    expect(row(pages["#/runs"], "Sample")).to_be_visible()
+    expect(row(pages["#/runs"], "Sample: three algorithms")).to_be_visible()
     expect(pages["run"].locator(".verdict")).to_be_visible()
     expect(pages["#/new"].locator("[data-algorithm]")).to_have_count(1)
     with serving(tmp_path, port) as second:
