@@ -84,12 +84,15 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
 
 
 def _cases() -> list[Any]:
+    """Every chart on every recording of the kinds that it is ever drawn for."""
     cases = []
     for what, make in RECORDINGS.items():
+        kind = make().kind
         for name, chart in charts("recording").items():
-            cases.append(pytest.param(chart, lambda m=make: RecordingView(m()), id=f"recording {name}: {what}"))
+            if chart.takes(kind):
+                cases.append(pytest.param(chart, lambda m=make: RecordingView(m()), id=f"recording {name}: {what}"))
         for name, chart in charts("run").items():
-            for how, view in VIEWS.items():
+            for how, view in VIEWS.items() if chart.takes(kind) else ():
                 cases.append(pytest.param(chart, lambda m=make, v=view: v(m()), id=f"run {name}: {what}, {how}"))
     return cases
 
