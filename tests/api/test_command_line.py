@@ -13,6 +13,7 @@ from pathlib import Path
 import httpx2
 import pytest
 
+from backend.api.samples import SAMPLES
 from tests.api.conftest import TOKEN, ServerProcess, finished, start_server
 
 
@@ -109,13 +110,14 @@ def test_first_start_shows_the_sample_and_keeps_its_token(tmp_path: Path) -> Non
         assert len(token) >= 40
         with httpx2.Client(base_url=first.url, headers={"Authorization": f"Bearer {token}"}, timeout=60) as api:
             deadline = time.monotonic() + 30
-            while not (items := api.get("/api/v1/runs").json()["items"]):
+            while len(items := api.get("/api/v1/runs").json()["items"]) < len(SAMPLES):
                 assert time.monotonic() < deadline
                 time.sleep(0.1)
             assert [e["name"] for e in items[0]["algorithms"]] == ["single_mark", "rdf", "rdfv"]
-            run = finished(api, f"/api/v1/runs/{items[0]['id']}")
-            assert run["state"] == "succeeded", run["error"]
-            assert api.delete(f"/api/v1/runs/{run['id']}").status_code == 204
+            for item in items:
+                run = finished(api, f"/api/v1/runs/{item['id']}")
+                assert run["state"] == "succeeded", run["error"]
+                assert api.delete(f"/api/v1/runs/{run['id']}").status_code == 204
     finally:
         assert first.stop() == 0, first.log.read_text()
     again = start_server(tmp_path / "data", "--workers", "1", FILTERROOM_TOKEN="")
@@ -123,7 +125,7 @@ def test_first_start_shows_the_sample_and_keeps_its_token(tmp_path: Path) -> Non
         with httpx2.Client(base_url=again.url, headers={"Authorization": f"Bearer {token}"}) as api:
             time.sleep(1)
             assert api.get("/api/v1/runs").json()["items"] == [], "what was deleted stays deleted"
-            assert len(api.get("/api/v1/recordings").json()["items"]) == 1
+            assert len(api.get("/api/v1/recordings").json()["items"]) == len(SAMPLES)
     finally:
         assert again.stop() == 0, again.log.read_text()
 
