@@ -89,7 +89,8 @@ def test_a_restarted_server_is_found_again_by_every_page(visit: Callable[..., Vi
         pages = {route: visited.open("#/runs", first.token) for route, visited in visits.items()}
         run = sample_run(pages["run"])
         visits["run"].follow(run)
-        visits["#/new"].follow("#/new")
+        (marks,) = (r for r in ask(first, "GET", "recordings")["items"] if r["kind"] == "toa_marks")
+        visits["#/new"].follow(f"#/new?recording={marks['id']}")
         expect(pages["run"].locator("chart-panel[data-drawn]").first).to_be_visible()
         pages["#/new"].locator("[data-add=rdf]").click()
         expect(pages["#/new"].locator("[data-algorithm]")).to_have_count(1)

@@ -44,8 +44,8 @@ def test_the_sample_shows_pairs_probabilities_and_the_turned_radar(visit: Callab
     assert drawn(page, "Statistic of the pairs").traces(role="bound")
     names = {chart["name"] for chart in ask(server, f"runs/{run}/charts")["items"]}
     assert not {name for name in names if name.startswith("trials_")}, "what trials show has no place on a recording"
-    entry = next(e for e in ask(server, f"runs/{run}")["algorithms"] if e["label"] == "assignment")
-    alarms = [note["detail"] for note in entry["notes"] if note["code"] == "registration_alarm"]
+    notes = ask(server, f"runs/{run}")["notes"]["assignment"]
+    alarms = [note["detail"] for note in notes if note["code"] == "registration_alarm"]
     assert len(alarms) == 1
     assert "east" in alarms[0]
     page.get_by_role("tab", name=re.compile("Decisions")).click()
@@ -59,7 +59,7 @@ def test_the_paper_s_table_stands_beside_the_printed_one(visit: Callable[..., Vi
     page = visited.open(f"#/runs/{study['id']}")
     expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=180_000)
     bars = drawn(page, "Correct, wrong, undecided")
-    assert len(bars.traces(role="series")) == 4
+    assert len(bars.traces(role="series")) == 5
     for title in ("Statistic of true and false pairs", "Undecided against wrong", "Reliability of the stated"):
         drawn(page, title)
     page.get_by_role("tab", name=re.compile("Claims")).click()

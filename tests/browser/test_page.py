@@ -22,7 +22,7 @@ pytestmark = pytest.mark.browser
 
 def sample_run(page: Page) -> str:
     """The route of the run that a new server comes with."""
-    link = page.get_by_role("link", name=re.compile("^Sample: three algorithms"))
+    link = page.get_by_role("link", name=re.compile("^Sample: three algorithms")).last
     link.wait_for()
     route = link.get_attribute("href")
     assert route is not None
