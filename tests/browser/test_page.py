@@ -134,7 +134,7 @@ def test_a_run_fits_the_first_screen(visit: Callable[..., Visit]) -> None:
 def test_axe_finds_nothing(visit: Callable[..., Visit]) -> None:
     visited = visit()
     page = visited.open("#/runs")
-    routes = ("#/runs", sample_run(page), "#/new?source=upload")
+    routes = ("#/new?source=upload", sample_run(page), "#/runs")
     found = []
     for route in routes:
         visited.follow(route)
