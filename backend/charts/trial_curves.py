@@ -13,7 +13,7 @@ from algorithms.result import Column
 from backend.charts import theme
 from backend.charts.decimate import Picked, curve
 from backend.charts.figure import ChartNote, Trace, counted, thousands, trace
-from backend.charts.view import ChartOptions, Entry, RunView
+from backend.charts.view import ChartOptions, Entry, RunView, swept_columns
 
 Floats = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def series_of(view: RunView) -> list[Series]:
         table = entry.table("curves")
         if not len(table):
             continue
-        keys = [name for name in table.names if "." in name]
+        keys = swept_columns(table)
         targets = {t for t in table.columns["target"] if t}
         if len(targets) > 1:
             keys.append("target")

@@ -11,7 +11,7 @@ from algorithms.result import Table
 from backend.charts.columns import texts
 from backend.charts.figure import ChartNote, Trace, axis, figure, log_axis, marker_of, not_applicable, trace
 from backend.charts.trial_curves import line_of_variant
-from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView, swept_columns
 
 TITLE = "Error against the swept value"
 METRIC = "rms_horizontal_m"
@@ -31,7 +31,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     names: list[str] = []
     for entry in view.entries:
         table = _wanted(entry.table("metrics"))
-        swept = [name for name in table.names if "." in name]
+        swept = swept_columns(table)
         names += [name for name in swept if name not in names]
         if len(table) and swept:
             traces += _lines(entry, table, swept)

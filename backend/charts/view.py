@@ -79,6 +79,11 @@ class Entry:
     arrays: Callable[[], Mapping[str, NDArray[Any]]]
 
 
+def swept_columns(table: Table) -> list[str]:
+    """Columns of swept values, `scenario.NAME` or `LABEL.NAME`; a point in a model's name (cv_0.05) makes none."""
+    return [name for name in table.names if "." in name and name.rpartition(".")[2].isidentifier()]
+
+
 @dataclass(frozen=True)
 class RunView:
     """What the charts of a run see; entries may come from several runs.

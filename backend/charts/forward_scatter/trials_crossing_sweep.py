@@ -7,7 +7,7 @@ import numpy as np
 from backend.charts import theme
 from backend.charts.columns import Floats, numbers, words
 from backend.charts.figure import ChartNote, Trace, axis, figure, log_axis, not_applicable, trace
-from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView, swept_columns
 
 TITLE = "Crossing distance against the swept value"
 METRIC = "crossing_distance_rms_m"
@@ -21,7 +21,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     first = ""
     for entry in view.entries:
         table = entry.table("metrics")
-        swept = [name for name in table.names if "." in name]
+        swept = swept_columns(table)
         if not len(table) or not swept:
             continue
         first = first or swept[0]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.result import Table
-from backend.charts.view import Entry
+from backend.charts.view import Entry, swept_columns
 
 Floats = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ class Measured:
 
 def swept_names(table: Table) -> list[str]:
     """Names of the swept numbers that the table has values of."""
-    return [n for n in table.names if "." in n and np.isfinite(numbers(table, n)).any()]
+    return [n for n in swept_columns(table) if np.isfinite(numbers(table, n)).any()]
 
 
 def numbers(table: Table, name: str) -> Floats:
