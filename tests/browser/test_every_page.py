@@ -6,6 +6,7 @@ that a new page or tab is looked at without a line here.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 import time
@@ -16,7 +17,7 @@ from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page
+from playwright.sync_api import Page, TimeoutError
 
 from tests.browser.conftest import WITHOUT_PLOTS, Server, Visit
 
@@ -123,6 +124,14 @@ def too_wide(page: Page) -> list[str]:
     return found
 
 
+def follow_the_window(page: Page) -> None:
+    """Wait until the page fits the window; charts are drawn anew a while after it has changed."""
+    # The frame after next has the new layout.
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    with contextlib.suppress(TimeoutError):
+        page.wait_for_function("() => document.documentElement.scrollWidth <= innerWidth", timeout=10_000)
+
+
 def squeezed(page: Page) -> list[str]:
     """Cells of tables in which the words stand in columns of letters."""
     found: list[str] = page.evaluate(
@@ -150,8 +159,7 @@ def test_axe_finds_nothing(visit: Callable[..., Visit], routes: dict[str, list[s
     assert not found, "\n".join(found)
 
 
-# Pages with charts have width tests of their own: here a chart follows the window later than the eye looks.
-@pytest.mark.parametrize("name", [*(p for p in PAGES if p not in ("runs", "recordings")), "nowhere"])
+@pytest.mark.parametrize("name", [*PAGES, "nowhere"])
 @pytest.mark.parametrize("language", ["en-GB", "ru-RU"])
 def test_nothing_is_wider_than_the_screen(
     visit: Callable[..., Visit], routes: dict[str, list[str]], name: str, language: str
@@ -163,8 +171,7 @@ def test_nothing_is_wider_than_the_screen(
     for view in views(visited, routes[name]):
         for width in WIDTHS:
             page.set_viewport_size({"width": width, "height": 844})
-            # The frame after next has the new layout.
-            page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+            follow_the_window(page)
             found += [f"{view} at {width}: {what}" for what in (*too_wide(page), *squeezed(page))]
         page.set_viewport_size({"width": 1366, "height": 768})
     assert not found, "\n".join(found)
