@@ -18,6 +18,8 @@ from algorithms.studies import Study
 
 # Not families: the shared toolbox has no declarations, and importing all of it would only cost time.
 _SKIPPED = ("algorithms.toolbox",)
+# The order in which people meet them; what is installed beside them comes last.
+_FAMILIES = ("multilateration", "identification", "multiple_model", "plot_tracking", "forward_scatter")
 
 
 def _modules() -> list[ModuleType]:
@@ -26,8 +28,15 @@ def _modules() -> list[ModuleType]:
         for m in pkgutil.walk_packages(algorithms.__path__, "algorithms.")
         if not m.name.startswith(_SKIPPED)
     ]
+    found.sort(key=lambda module: _place(module.__name__))
     found += [point.load() for point in entry_points(group="filterroom.algorithms")]
     return found
+
+
+def _place(module: str) -> int:
+    """Place of a module's family; within a family the order of the walk stays."""
+    family = module.split(".")[1]
+    return _FAMILIES.index(family) if family in _FAMILIES else len(_FAMILIES)
 
 
 @cache

@@ -12,6 +12,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.middleware.gzip import GZipMiddleware
 
 from backend.api import (
+    accuracy_map,
     algorithms,
     charts,
     compare,
@@ -145,6 +146,7 @@ def _bare(**options: Any) -> FastAPI:
         scenario_tracks,
         scenarios,
         studies,
+        accuracy_map,
         recordings,
         recording_exports,
         recording_preview,

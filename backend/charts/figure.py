@@ -69,6 +69,7 @@ _REASONS = {
     "no_probabilities": "No algorithm of this run states probabilities of pairs.",
     "no_pairs": "No algorithm of this run accepted a pair.",
     "no_second_sweep": "The map needs a run that varies two numbers.",
+    "nothing_observable": "Nowhere on this map can the stations tell a position: add a station or an altitude.",
     "other_kind": "This chart is for recordings of another kind.",
 }
 
@@ -213,14 +214,14 @@ def figure(
     title: str,
     traces: list[Trace],
     *,
-    recording: Recording,
+    recording: Recording | None,
     picked: Sequence[Picked] = (),
     notes: Sequence[ChartNote] = (),
     **layout: Any,
 ) -> Figure:
     """Put a chart together: traces, axes (`xaxis=...`, `yaxis=...`) and what must be said about them."""
     about: dict[str, Any] = {"notes": [note.to_json() for note in notes]}
-    if recording.start_utc is not None:
+    if recording is not None and recording.start_utc is not None:
         about["start_utc"] = recording.start_utc
     heading: dict[str, Any] = {"text": title, "x": 0, "xref": "paper", "xanchor": "left", "font": {"size": 15}}
     shown, of = (sum(getattr(p, field) for p in picked) for field in ("shown", "of"))

@@ -37,7 +37,7 @@ def english_left(page: Page, names: Iterable[str] = ()) -> list[str]:
     for text in page.evaluate(_TEXTS):
         rest = text
         for name in names:
-            rest = rest.replace(name, "")
+            rest = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", "", rest)
         if _WORD.search(_KNOWN.sub("", rest)):
             left.append(text.strip())
     return left

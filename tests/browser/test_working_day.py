@@ -44,7 +44,8 @@ def marks(repository: Path, tmp_path: Path) -> Path:
 
 _NAMES = """() => Promise.all(
   ['runs?limit=500', 'recordings'].map((path) => fetch(`api/v1/${path}`).then((r) => r.json()))
-).then(([runs, recordings]) => [...runs.items.flatMap((run) => [run.label, run.source.name, ...run.tags]),
+).then(([runs, recordings]) => [...runs.items.flatMap((run) => [run.label, run.source.name, ...run.tags,
+      ...run.algorithms.map((one) => one.label ?? one.name)]),
     ...recordings.items.map((one) => one.name)])"""
 
 
