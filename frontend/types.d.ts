@@ -250,6 +250,25 @@ export interface ScenarioPreview {
   charts: Record<string, Figure>;
 }
 
+export interface AccuracyMap {
+  variant: string;
+  quantity: string;
+  unit: string;
+  stations: string[];
+  site: Omit<Site, "stations"> & { origin?: any; stations: { name: string; east_m?: number; north_m?: number; up_m?: number; sigma_toa_ns?: number }[] };
+  places: { name: string; east_m: number; north_m: number; up_m: number }[];
+  origin: Record<string, number> | null;
+  altitude_m: number;
+  sigma_altitude_m: number;
+  east_m: { start_m: number; stop_m: number; count: number };
+  north_m: { start_m: number; stop_m: number; count: number };
+  observable_share: number;
+  median: number | null;
+  chart: Figure;
+  clocks: { station: string; median_m_per_ns: number | null; largest_m_per_ns: number | null }[];
+  subsets: { stations: string[]; observable_share: number; median: number | null; quantile_90: number | null; common_ratio: number | null }[] | null;
+}
+
 export interface Algorithm {
   name: string;
   title: string;

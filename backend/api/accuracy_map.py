@@ -108,6 +108,15 @@ class SubsetOut(_Out):
     """Median ratio to the map of the chosen stations, over the cells that both see; above 1 is worse."""
 
 
+class PlaceOut(_Out):
+    """A station in the local frame."""
+
+    name: str
+    east_m: float
+    north_m: float
+    up_m: float
+
+
 class ClockOut(_Out):
     """How far a nanosecond of a station's clock moves the fix."""
 
@@ -125,6 +134,10 @@ class AccuracyMapOut(_Out):
     stations: list[str]
     """Those that receive."""
     site: dict[str, Any]
+    places: list[PlaceOut]
+    """Where its stations stand in the local frame."""
+    origin: dict[str, float] | None
+    """WGS-84 origin of the local frame, where the site has one."""
     altitude_m: float
     sigma_toa_ns: dict[str, float]
     sigma_altitude_m: float
@@ -193,6 +206,11 @@ def accuracy_map(asked: AccuracyMapIn, services: ServicesDep) -> Response:
         "unit": unit,
         "stations": receiving,
         "site": site.to_json(),
+        "places": [
+            {"name": name, "east_m": e, "north_m": n, "up_m": u}
+            for name, (e, n, u) in zip(names, positions.tolist(), strict=True)
+        ],
+        "origin": None if (origin := site.frame_origin()) is None else origin.model_dump(),
         "altitude_m": asked.altitude_m,
         "sigma_toa_ns": dict(zip(names, sigma_ns.tolist(), strict=True)),
         "sigma_altitude_m": sigma_altitude_m,
@@ -290,7 +308,7 @@ def _chosen(asked: AccuracyMapIn, names: list[str]) -> list[int]:
     for k, name in enumerate(asked.stations):
         if name not in names:
             detail = f"There is no station {name!r}; there are {', '.join(names)}."
-            raise _refused(422, "unknown_station", f"/stations/{k}", detail)
+            raise _refused(422, "station_unknown", f"/stations/{k}", detail)
     chosen = [i for i, name in enumerate(names) if name in asked.stations]
     if len(chosen) < 2:
         detail = "Two stations are the fewest that measure a time difference."

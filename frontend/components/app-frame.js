@@ -24,6 +24,7 @@ const PLACES = [
   { name: "recordings", key: "nav.recordings" },
   { name: "scenarios", key: "nav.scenarios" },
   { name: "studies", key: "nav.studies" },
+  { name: "map", key: "nav.map" },
   { name: "algorithms", key: "nav.algorithms" },
 ];
 
@@ -35,6 +36,7 @@ const PAGES = /** @type {Record<string, [string, string | null]>} */ ({
   recordings: ["recordings-page", "recording-page"],
   scenarios: ["scenarios-page", null],
   studies: ["studies-page", "study-page"],
+  map: ["map-page", null],
   algorithms: ["algorithms-page", "algorithm-page"],
   about: ["about-page", null],
 });

@@ -95,7 +95,7 @@ export class ChartCursor {
     const mark = markOf(first);
     this.hovered = mark;
     if (mark) this.bus?.look(mark.time, mark);
-    else this.describe([{ trace: first.fullData, x: first.x, y: first.y, text: first.hovertext }], null);
+    else this.describe([{ trace: first.fullData, x: first.x, y: first.y, text: first.hovertext, value: first.fullData.type === "heatmap" ? first.customdata : undefined }], null);
   }
 
   /** Over time, the instant under the pointer is looked at, at the nearest mark. @param {PointerEvent} event */
@@ -241,7 +241,7 @@ export class ChartCursor {
   }
 
   /**
-   * @param {{trace: any, x: any, y: any, z?: any, text?: any}[]} points
+   * @param {{trace: any, x: any, y: any, z?: any, text?: any, value?: any}[]} points
    * @param {number | null} time
    */
   describe(points, time) {

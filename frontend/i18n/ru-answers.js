@@ -244,4 +244,10 @@ export default {
   "The decorrelated conversion takes its covariance from a prediction, and there is none.": "Декоррелированное преобразование берёт ковариацию из экстраполяции, а её нет.",
   "Use mucm for plots that belong to no track yet.": "Для отметок, ещё не вошедших в трассу, подходит mucm.",
   "Medians and other quantiles are of one instant in {1}: the values of all are too many.": "Медианы и другие квантили взяты по одному моменту из {1}: значений всех моментов слишком много.",
+  "The map has {1} cells and {2} subsets of stations; there may be {3} cells, and {4} over all subsets. Lower `count` of the axes.": "В карте {1} ячеек и {2} наборов пунктов; может быть {3} ячеек и {4} во всех наборах. Уменьшите `count` осей.",
+  "The site has no stations; a map of the accuracy of time differences needs two or more.": "В описании системы нет пунктов; карте точности разностей времён нужны два или больше.",
+  "There is no station {1}; there are {2}.": "Пункта {1} нет; есть {2}.",
+  "Two stations are the fewest that measure a time difference.": "Разность времён измеряют не менее двух пунктов.",
+  "give exactly one of site, recording_id, scenario": "задайте одно из site, recording_id, scenario",
+  "stop_m must be above start_m": "stop_m должно быть больше start_m",
 };

@@ -178,6 +178,8 @@ export const codes = {
   "problem.study_is_whole": "Исследование задаёт всё, кроме числа реализаций и начального числа",
   "problem.study_mismatch": "Исследование не может оценить этот расчёт",
   "problem.scenario_not_found": "Такого сценария нет",
+  "problem.map_too_large": "В карте слишком много ячеек",
+  "problem.no_stations": "У позиции нет пунктов приёма",
   "problem.scenario_too_long": "В сценарии слишком много моментов для реализаций",
   "problem.scenario_empty": "В сценарии нет ни одного измерения",
   "problem.no_monte_carlo": "Алгоритм работает только с записями",
@@ -376,6 +378,10 @@ export const words = {
   "ended": "окончена",
   "the site has no origin, so the altitude is taken above a sphere of 6 371 km": "в описании системы нет начала координат, высота отсчитывается от сферы радиусом 6371 км",
   "Plan": "План",
+  "DRMS of one mark": "DRMS одной отметки",
+  "Gain of a known altitude": "Выигрыш от известной высоты",
+  "Shift by the clock of the worst station": "Сдвиг от ухода часов худшего пункта",
+  "m/ns": "м/нс",
   "Horizontal error: claimed and actual": "Плановая ошибка: заявленная и фактическая",
   "Innovations (NIS)": "Невязки (NIS)",
   "Radial error": "Радиальная ошибка",
@@ -457,6 +463,8 @@ export const sentences = {
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */
 export const patterns = [
+  [/^Emitter at (.+) m; one mark, received by (.+)\.$/, "Излучатель на высоте $1 м; одна отметка, приняли $2."],
+  [/^Not observable, left blank: (.+) % of the map\.$/, "Не наблюдаемо и оставлено пустым: $1 % карты."],
   [/^the same two stations all the time: no place along their hyperbola; predicted error (.+) km$/, "всё время одни и те же два пункта: место на их гиперболе неизвестно; ожидаемая ошибка $1 км"],
   [/^several positions still explain the marks together; predicted error (.+) km$/, "отметки вместе всё ещё объясняются несколькими положениями; ожидаемая ошибка $1 км"],
   [/^the marks together still leave an error above 20 % of the range; predicted error (.+) km$/, "и вместе отметки оставляют ошибку больше 20 % дальности; ожидаемая ошибка $1 км"],

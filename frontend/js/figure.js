@@ -172,7 +172,7 @@ export function isOverTime(figure) {
 
 /**
  * What the strip under a chart says of some points: the instant first, then a value for each entry.
- * @param {{trace: Trace, x: any, y: any, z?: any, text?: any}[]} points
+ * @param {{trace: Trace, x: any, y: any, z?: any, text?: any, value?: any}[]} points
  * @param {Record<string, any>} layout
  * @param {number | null} [time] the instant that is looked at
  * @returns {{name: string, value: string, colour: string | null}[]}
@@ -206,12 +206,14 @@ function categoryOf(point, unit) {
 
 /**
  * The place of a point in a plan.
- * @param {{x: any, y: any}} point
+ * @param {{x: any, y: any, value?: any}} point
  * @param {Record<string, any>} layout
  */
 function placeOf(point, layout) {
   const unit = splitTitle(axisTitle(layout.xaxis)).unit;
-  return t("chart.place", { east: formatNumber(Number(point.x), 5), north: formatNumber(Number(point.y), 5), unit: said(unit) });
+  const place = t("chart.place", { east: formatNumber(Number(point.x), 5), north: formatNumber(Number(point.y), 5), unit: said(unit) });
+  // A map has a value at every place.
+  return typeof point.value === "number" ? `${formatNumber(point.value)} (${place})` : place;
 }
 
 /**

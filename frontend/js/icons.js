@@ -10,6 +10,7 @@ const PATHS = {
   recordings: "M4 2h5l3 3v9H4zM9 2v3h3M6 8h4M6 11h4",
   scenarios: "M2 13c2-8 5-9 7-6s4 1 5-4M2 13h.1M5.5 12.5h.1M12 12h.1",
   studies: "M3 2h8l2 2v10H3zM5.5 6h5M5.5 8.5h5M5.5 11h3",
+  map: "M8 13.5a5.5 5.5 0 1 0 0-11 5.5 5.5 0 0 0 0 11zM8 10.500a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5zM8 8v.1",
   algorithms: "M2 12c3 0 3-8 6-8s3 8 6 8M2 14h12",
   about: "M8 7v4M8 5v.1M8 14a6 6 0 1 1 0-12 6 6 0 0 1 0 12z",
   menu: "M2 4h12M2 8h12M2 12h12",

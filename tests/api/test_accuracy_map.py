@@ -81,9 +81,9 @@ def test_the_site_of_a_preset(client: httpx2.Client) -> None:
 @pytest.mark.parametrize(
     ("change", "status", "pointer"),
     [
-        ({"site": {"stations": STATIONS[:1]}}, 422, "/site/stations"),
-        ({"site": {"radars": [{"name": "A", "east_m": 0.0, "north_m": 0.0}]}}, 422, "/site/stations"),
-        ({"site": {"stations": [*STATIONS, STATIONS[0] | {"name": "5"}]}}, 422, "/site/stations"),
+        ({"site": {"stations": STATIONS[:1]}}, 422, "/site"),
+        ({"site": {"radars": [{"name": "A", "east_m": 0.0, "north_m": 0.0}]}}, 422, "/site"),
+        ({"site": {"stations": [*STATIONS, STATIONS[0] | {"name": "5"}]}}, 422, "/site"),
         ({"recording_id": "x"}, 422, ""),
         ({"stations": ["1", "9"]}, 422, "/stations/1"),
         ({"stations": ["1"]}, 422, "/stations"),
