@@ -35,6 +35,7 @@ class TrackTable:
     confirmed : whether it ever had as many plots as confirm it
     p, information : (6, T), (6, 6, T) its trajectory, epoch at its newest plot
     how : how that was fitted (`curve_fit`)
+    first, second : rows in the recording of its first two plots, which it took before it had a number; -1 = none
     """
 
     lane: Ints
@@ -50,6 +51,8 @@ class TrackTable:
     p: Floats
     information: Floats
     how: Ints
+    first: Ints
+    second: Ints
 
     def __len__(self) -> int:
         """Return the number of tracks."""
@@ -73,6 +76,8 @@ class TrackTable:
             p=np.full((6, count), np.nan),
             information=np.full((6, 6, count), np.nan),
             how=np.zeros(count, np.int64),
+            first=scan.position[which],
+            second=np.full(count, -1),
             **rows,
         )
 

@@ -153,6 +153,7 @@ PROBLEMS: dict[str, Kind] = {
     "accuracy_missing": Kind(
         "The accuracy of a radar is unknown", "Neither the site nor the run says how large its errors are."
     ),
+    "azimuth_unit": Kind("Azimuths are in another unit", "Some are larger than a full turn."),
     "singular_pair": Kind(
         "Plots that cannot be compared", "Both are unknown along the same line only: the accuracies cannot be right."
     ),

@@ -6,6 +6,7 @@ import answers from "./ru-answers.js";
 import asterix from "./ru-asterix.js";
 import joining from "./ru-joining.js";
 import * as identification from "./ru-identification.js";
+import * as plotTracking from "./ru-plot-tracking.js";
 import * as multipleModel from "./ru-multiple-model.js";
 import * as identificationStudies from "./ru-identification-studies.js";
 import * as forwardScatter from "./ru-forward-scatter.js";
@@ -18,6 +19,7 @@ import * as studies from "./ru-studies.js";
 /** @type {Record<string, string>} */
 export const codes = {
   ...forwardScatter.codes,
+  ...plotTracking.codes,
   "file_role.data": "измерения",
   "file_role.site": "описание системы",
   "file_role.truth": "истина",
@@ -276,6 +278,7 @@ export const words = {
   ...scenarios.words,
   ...forwardScatter.words,
   ...multipleModel.words,
+  ...plotTracking.words,
   ...studies.words,
   ...long.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
@@ -457,7 +460,7 @@ export const words = {
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
 export const sentences = {
   ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences,
-  ...identification.sentences, ...identificationStudies.sentences, ...forwardScatter.sentences, ...multipleModel.sentences,
+  ...identification.sentences, ...identificationStudies.sentences, ...forwardScatter.sentences, ...multipleModel.sentences, ...plotTracking.sentences,
 };
 
 // Texts of charts with numbers or names in them.
