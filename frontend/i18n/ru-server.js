@@ -384,6 +384,8 @@ export const words = {
   "DRMS of one mark": "DRMS одной отметки",
   "Gain of a known altitude": "Выигрыш от известной высоты",
   "Shift by the clock of the worst station": "Сдвиг от ухода часов худшего пункта",
+  "DRMS of one mark, m": "DRMS одной отметки, м",
+  "Shift by the clock of the worst station, m/ns": "Сдвиг от ухода часов худшего пункта, м/нс",
   "m/ns": "м/нс",
   "Horizontal error: claimed and actual": "Плановая ошибка: заявленная и фактическая",
   "Innovations (NIS)": "Невязки (NIS)",

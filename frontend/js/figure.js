@@ -80,6 +80,7 @@ function dressTrace(trace, { colours, dark, hidden }) {
   if (trace.name) copy.name = traceName(trace);
   // Plotly compiles its WebGL commands from strings, which the page's policy forbids (no unsafe-eval): draw as SVG.
   if (copy.type === "scattergl") copy.type = "scatter";
+  if (trace.colorbar?.title?.text) copy.colorbar = { ...trace.colorbar, title: { ...trace.colorbar.title, text: said(trace.colorbar.title.text) } };
   const role = trace.meta?.role;
   const token = role ? /** @type {Record<string, keyof Colours>} */ (THEMED)[role] : undefined;
   copy.showlegend = trace.type === "bar";

@@ -21,8 +21,8 @@ AXES = {
 }
 
 
-def ask(client: httpx2.Client, **body: Any) -> httpx2.Response:
-    return client.post("/api/v1/accuracy-map", json={"site": SITE, **AXES, **body})
+def ask(api: httpx2.Client, **body: Any) -> httpx2.Response:
+    return api.post("/api/v1/accuracy-map", json={"site": SITE, **AXES, **body})
 
 
 def values(answer: dict[str, Any]) -> np.ndarray[Any, Any]:
@@ -34,15 +34,15 @@ def values(answer: dict[str, Any]) -> np.ndarray[Any, Any]:
 @pytest.mark.parametrize(
     ("variant", "printed"), [("space", 296.0), ("altitude_measured", 178.0), ("altitude_known", 123.0)]
 )
-def test_the_map_is_table_8_5(client: httpx2.Client, variant: str, printed: float) -> None:
-    answer = ask(client, variant=variant, sigma_altitude_m=100.0).json()
+def test_the_map_is_table_8_5(api: httpx2.Client, variant: str, printed: float) -> None:
+    answer = ask(api, variant=variant, sigma_altitude_m=100.0).json()
     assert values(answer)[50, 100] == pytest.approx(printed, abs=0.6)
-    ratio = ask(client, variant=variant, sigma_altitude_m=100.0, quantity="gdop").json()
+    ratio = ask(api, variant=variant, sigma_altitude_m=100.0, quantity="gdop").json()
     np.testing.assert_allclose(values(ratio), values(answer) / 2.99792458, rtol=1e-5)
 
 
-def test_the_chart_holds_the_map_and_the_stations(client: httpx2.Client) -> None:
-    answer = ask(client, stations=["1", "3", "4"], variant="altitude_known").json()
+def test_the_chart_holds_the_map_and_the_stations(api: httpx2.Client) -> None:
+    answer = ask(api, stations=["1", "3", "4"], variant="altitude_known").json()
     heat, stations = answer["chart"]["data"]
     assert heat["type"] == "heatmap"
     assert heat["z"]["shape"] == "101, 101"
@@ -53,8 +53,8 @@ def test_the_chart_holds_the_map_and_the_stations(client: httpx2.Client) -> None
     assert layout["yaxis"]["scaleanchor"] == "x"
 
 
-def test_subsets_and_clocks(client: httpx2.Client) -> None:
-    answer = ask(client, variant="altitude_known", subsets=True).json()
+def test_subsets_and_clocks(api: httpx2.Client) -> None:
+    answer = ask(api, variant="altitude_known", subsets=True).json()
     assert [s["stations"] for s in answer["subsets"]][:2] == [["1", "2", "3", "4"], ["1", "2", "3"]]
     assert len(answer["subsets"]) == 5
     whole = answer["subsets"][0]
@@ -64,16 +64,16 @@ def test_subsets_and_clocks(client: httpx2.Client) -> None:
     assert all(0 < c["median_m_per_ns"] < c["largest_m_per_ns"] for c in answer["clocks"])
 
 
-def test_three_stations_in_space_have_no_number(client: httpx2.Client) -> None:
-    answer = ask(client, stations=["1", "2", "3"]).json()
+def test_three_stations_in_space_have_no_number(api: httpx2.Client) -> None:
+    answer = ask(api, stations=["1", "2", "3"]).json()
     assert answer["observable_share"] == 0
     assert answer["median"] is None
     assert answer["chart"]["layout"]["meta"]["not_applicable"] == "nothing_observable"
 
 
-def test_the_site_of_a_preset(client: httpx2.Client) -> None:
+def test_the_site_of_a_preset(api: httpx2.Client) -> None:
     body = {"scenario": {"preset": "four_station_circuit"}, "variant": "altitude_gain"}
-    answer = client.post("/api/v1/accuracy-map", json=body).json()
+    answer = api.post("/api/v1/accuracy-map", json=body).json()
     assert len(answer["site"]["stations"]) == 4
     assert answer["median"] > 1, "a known altitude cannot cost accuracy"
 
@@ -95,21 +95,21 @@ def test_the_site_of_a_preset(client: httpx2.Client) -> None:
     ],
 )  # fmt: skip
 def test_what_cannot_be_mapped_is_named(
-    client: httpx2.Client, change: dict[str, Any], status: int, pointer: str
+    api: httpx2.Client, change: dict[str, Any], status: int, pointer: str
 ) -> None:
-    answer = ask(client, **change)
+    answer = ask(api, **change)
     assert answer.status_code == status, answer.text
     assert any(e["pointer"].startswith(pointer) for e in answer.json()["errors"]), answer.text
 
 
-def test_an_unknown_recording_or_preset(client: httpx2.Client) -> None:
-    assert client.post("/api/v1/accuracy-map", json={"recording_id": "nothing"}).status_code == 404
-    answer = client.post("/api/v1/accuracy-map", json={"scenario": {"preset": "nothing"}})
+def test_an_unknown_recording_or_preset(api: httpx2.Client) -> None:
+    assert api.post("/api/v1/accuracy-map", json={"recording_id": "nothing"}).status_code == 404
+    answer = api.post("/api/v1/accuracy-map", json={"scenario": {"preset": "nothing"}})
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["pointer"] == "/scenario/preset"
 
 
-def test_a_map_wider_than_the_earth(client: httpx2.Client) -> None:
+def test_a_map_wider_than_the_earth(api: httpx2.Client) -> None:
     wide = {"start_m": -2e6, "stop_m": 2e6, "count": 50}
-    answer = ask(client, east_m=wide, north_m=wide)
+    answer = ask(api, east_m=wide, north_m=wide)
     assert answer.status_code == 200, "two thousand kilometres are still on the Earth"
