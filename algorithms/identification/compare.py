@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.errors import ParameterError
+from algorithms.identification.diagnosis import diagnosed
 from algorithms.identification.filled import DOF, KEPT_PAIRS, Decided, Filled, Pairs, joined_pairs, listed_pairs
 from algorithms.identification.outputs import NOT_COMPARED, REJECTED
 from algorithms.identification.pairs import PairStatistics, Side, fused, pair_statistics
 from algorithms.identification.parameters import PairParameters, TwoRadarParameters
 from algorithms.identification.plots import Look, Plots, plots_of
-from algorithms.identification.registration import Accepted, hypotheses_of, notes_of
 from algorithms.identification.scoring import Judged
-from algorithms.identification.suspicion import suspected
 from algorithms.recording import PolarPlots
 from algorithms.result import Note, Result, Setting
 from algorithms.spec import RunContext
@@ -74,7 +73,7 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
     pairs: list[Pairs] = []
     unsettled = ranked = 0
     truncation = 0.0
-    registration = Accepted.nothing()
+    accepted: list[Ints] = []
     for k, look in enumerate(plots.looks):
         context.check_cancelled()
         a, b = (side_of(plots, r, look.rows[r]) for r in (first, second))
@@ -88,17 +87,16 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
         pairs.append(
             listed_pairs(recording, look.number, rows, found.statistic, decided.pairs, decided.pair_decision, total)
         )
-        if lanes == 1:
-            registration = registration.joined(filled.accepted((look.rows[first], look.rows[second]), (a, b), decided))
+        i = np.flatnonzero(decided.partner[0][:, 0] >= 0) if lanes == 1 else np.empty(0, np.int64)
+        accepted.append(np.stack([rows[0][i], rows[1][decided.partner[0][i, 0]]], axis=1))
         context.progress((k + 1) / len(plots.looks))
     if not plots.looks:
         context.check_cancelled()
         context.progress(1.0)
-    hypotheses = hypotheses_of(registration, first, second)
+    pairs_made = np.concatenate(accepted) if accepted else np.empty((0, 2), np.int64)
+    hypotheses, wrong = diagnosed(recording, plots, first, second, pairs_made) if lanes == 1 else ([], [])
     notes = [*plots.notes, *_notes(plots, recording, (first, second), unsettled, ranked, truncation, total)]
-    if lanes == 1:
-        # Where nothing fits, pairs are accidents and say nothing of the registration.
-        notes += suspected(plots, first, second) or notes_of(hypotheses, plots.names)
+    notes += wrong
     arrays = (
         filled.arrays()
         | joined_pairs(pairs, lanes)

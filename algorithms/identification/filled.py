@@ -11,7 +11,6 @@ from algorithms.identification.outputs import ALONE, MISSING, REJECTED, UNUSABLE
 from algorithms.identification.pairs import PairStatistics, Side, fused, points_of
 from algorithms.identification.parameters import PairParameters
 from algorithms.identification.plots import Plots
-from algorithms.identification.registration import Accepted
 from algorithms.recording import PolarPlots
 from algorithms.toolbox.association.gate import gate_threshold
 
@@ -162,23 +161,6 @@ class Filled:
             else:
                 group = np.zeros(partner.shape, np.int64)
             self.group[own] = group
-
-    def accepted(self, rows: tuple[Ints, Ints], sides: tuple[Side, Side], decided: Decided) -> Accepted:
-        """Return the accepted pairs of the first trial for the test of the registration."""
-        i = np.flatnonzero(decided.partner[0][:, 0] >= 0)
-        j = decided.partner[0][i, 0]
-        points = [points_of(side, "mucm") for side in sides]
-        place = [np.stack([p.x[k, 0], p.y[k, 0]], axis=1) for p, k in zip(points, (i, j), strict=True)]
-        covariance = [
-            np.stack([p.xx[k, 0], p.yy[k, 0], p.xy[k, 0]], axis=1) for p, k in zip(points, (i, j), strict=True)
-        ]
-        return Accepted(
-            place[0] - place[1],
-            covariance[0] + covariance[1],
-            place[0] - sides[0].site,
-            place[1] - sides[1].site,
-            np.full((i.size, 2), np.nan),
-        )
 
 
 def _of_partner(values: Floats, partner: Ints) -> Floats:

@@ -56,6 +56,7 @@ class Plots:
     sigma_range, sigma_angle : (K,) m and rad
     looks : in the order of time
     frame : (M,) number of the look
+    shift_m : (M, 2) what is to be added to where each plot is, for what is tried; None = nothing
     """
 
     range_m: Floats
@@ -71,6 +72,7 @@ class Plots:
     frame: Ints
     settings: dict[str, Setting]
     notes: tuple[Note, ...]
+    shift_m: Floats | None = None
 
     @property
     def lanes(self) -> int:

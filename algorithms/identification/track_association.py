@@ -23,13 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.identification.compare import chosen_radars
+from algorithms.identification.diagnosis import diagnosed
 from algorithms.identification.filled import Filled, joined_pairs, listed_pairs
 from algorithms.identification.measures import measure
 from algorithms.identification.outputs import NOT_COMPARED, PLOT_OUTPUTS
 from algorithms.identification.pairs import points_of
 from algorithms.identification.parameters import TrackParameters
 from algorithms.identification.plots import Plots, plots_of
-from algorithms.identification.registration import Accepted, hypotheses_of, notes_of
 from algorithms.identification.scoring import targets_of
 from algorithms.identification.tables import tabulate
 from algorithms.identification.track_pairs import (
@@ -49,8 +49,6 @@ from algorithms.toolbox.association.gate import gate_threshold
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-FEWEST_PLOTS = 2
 
 
 class TrackAssociationParameters(TrackParameters):
@@ -77,7 +75,11 @@ def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: 
     rows = tuple(np.array([t.rows[-1] for t in of.tracks], np.int64) for of in (a, b))
     total = statistic.shape[0] * statistic.shape[1]
     pairs = listed_pairs(recording, 0, (rows[0], rows[1]), statistic, decided.pairs, decided.pair_decision, total)
-    hypotheses = hypotheses_of(_differences(recording, plots, a, b, decided), first, second) if plots.lanes == 1 else []
+    hypotheses, wrong = (
+        diagnosed(recording, plots, first, second, _accepted_plots(plots, a, b, decided))
+        if plots.lanes == 1
+        else ([], [])
+    )
     context.progress(1.0)
     arrays: dict[str, Any] = (
         filled.arrays()
@@ -96,7 +98,7 @@ def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: 
         for name in type(parameters).model_fields
         if name not in plots.settings and getattr(parameters, name) not in (None, "")
     }
-    return Result(arrays, (*plots.notes, *notes_of(hypotheses, plots.names)), settings)
+    return Result(arrays, (*plots.notes, *wrong), settings)
 
 
 def _take(
@@ -153,34 +155,17 @@ def _mean(one: Track, other: Track, time: float, density: float, lane: int) -> t
     return place, [covariance[0, 0], covariance[2, 2], covariance[0, 2]]
 
 
-def _differences(
-    recording: PolarPlots, plots: Plots, a: RadarTracks, b: RadarTracks, decided: DecidedTracks
-) -> Accepted:
-    """Differences of the plots of accepted tracks at common looks, with the velocity of the first radar's track."""
-    out = Accepted.nothing()
+def _accepted_plots(plots: Plots, a: RadarTracks, b: RadarTracks, decided: DecidedTracks) -> Ints:
+    """(N, 2) rows of the plots of accepted tracks at common looks."""
+    out = []
     for i, track in enumerate(a.tracks):
         j = int(decided.partner[0][i, 0])
         if j < 0:
             continue
-        mine = {int(plots.frame[row]): k for k, row in enumerate(track.rows)}
-        for k2, row in enumerate(b.tracks[j].rows):
-            k1 = mine.get(int(plots.frame[row]))
-            if k1 is None or k1 < FEWEST_PLOTS:
-                continue
-            p1, p2 = points_of(a.sides[i], "mucm"), points_of(b.sides[j], "mucm")
-            z1, z2 = (np.array([p.x[k, 0], p.y[k, 0]]) for p, k in ((p1, k1), (p2, k2)))
-            if not np.isfinite(z1 + z2).all():
-                continue
-            # The last state, because it knows the velocity best.
-            velocity = track.steps[-1].state[[1, 3], 0]
-            z2 = z2 + velocity * (recording.time_s[track.rows[k1]] - recording.time_s[row])
-            spread = [sum(getattr(p, n)[k, 0] for p, k in ((p1, k1), (p2, k2))) for n in ("xx", "yy", "xy")]
-            sites = (a.sides[i].site, b.sides[j].site)
-            out = out.joined(
-                Accepted((z1 - z2)[None], np.array([spread]), (z1 - sites[0])[None], (z2 - sites[1])[None],
-                         velocity[None])
-            )  # fmt: skip
-    return out
+        mine = {int(plots.frame[row]): int(row) for row in track.rows if plots.usable[row, 0]}
+        theirs = [int(row) for row in b.tracks[j].rows if plots.usable[row, 0]]
+        out += [(mine[f], row) for row in theirs if (f := int(plots.frame[row])) in mine]
+    return np.array(out, np.int64).reshape(-1, 2)
 
 
 def score(recording: PolarPlots, parameters: TrackAssociationParameters, context: RunContext) -> Scores:
