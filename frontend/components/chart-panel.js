@@ -7,7 +7,9 @@ import { icon } from "../js/icons.js";
 import { apiUrl, get } from "../js/api.js";
 import { t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
+import { DotsCanvas } from "../js/dots.js";
 import { dressFigure } from "../js/figure.js";
+import { inTurn } from "../js/turns.js";
 import { loadPlotly } from "../js/plotly.js";
 import { chartColours, isDark, themes } from "../js/theme.js";
 import { failed, loading, notApplicable } from "./states.js";
@@ -46,6 +48,8 @@ export class ChartPanel extends HTMLElement {
   plotly = null;
   /** @type {ChartCursor | null} */
   cursor = null;
+  /** Where crowds of markers are painted. @type {DotsCanvas | null} */
+  dots = null;
   /** Asked for the target of a mark alone. @type {((mark: Mark) => void) | null} */
   onpick = null;
   /** What a plan measures. @type {PlanTools | null} */
@@ -60,6 +64,7 @@ export class ChartPanel extends HTMLElement {
     const { signal } = this.stop;
     this.plot = /** @type {PlotlyElement} */ (h("div", { class: "plot", role: "img", tabindex: 0, "aria-label": this.heading }));
     this.cursor = new ChartCursor(this, this.plot);
+    this.dots = new DotsCanvas(this.plot);
     this.body = h("div", { class: "body" }, loading());
     this.note = h("span", { class: "note small muted" });
     this.tableButton = h("button", { class: "plain", type: "button", "aria-pressed": "false", title: t("chart.as_table"), "aria-label": `${t("chart.as_table")}: ${this.heading}`, onclick: () => this.toggleTable() }, icon("table"));
@@ -95,7 +100,7 @@ export class ChartPanel extends HTMLElement {
     this.figure = figure;
     this.plotly ??= await loadPlotly();
     // A later figure may have come meanwhile; it draws itself.
-    if (this.figure === figure) await this.draw();
+    if (this.figure === figure) await inTurn(() => this.draw());
   }
 
   /** Fetch the figure and draw it; called again when the run has moved on or something else is asked for. */
@@ -112,7 +117,7 @@ export class ChartPanel extends HTMLElement {
       if (turn !== this.asked) return;
       this.figure = figure;
       this.plotly = plotly;
-      await this.draw();
+      await inTurn(() => this.draw());
     } catch (error) {
       if (turn === this.asked && !this.stop?.signal.aborted && this.body) put(this.body, failed(error, { retry: () => this.load() }));
     } finally {
@@ -137,8 +142,8 @@ export class ChartPanel extends HTMLElement {
 
   /** Draw what was fetched, in the colours of the theme. */
   async draw() {
-    const { figure, plotly, plot, body, cursor } = this;
-    if (!figure || !plotly || !plot || !body || !cursor || !this.isConnected) return;
+    const { figure, plotly, plot, body, cursor, dots } = this;
+    if (!figure || !plotly || !plot || !body || !cursor || !dots || !this.isConnected) return;
     this.showNotes(figure);
     const reason = figure.layout.meta?.not_applicable;
     if (reason) {
@@ -146,20 +151,29 @@ export class ChartPanel extends HTMLElement {
       put(body, notApplicable(told(`chart.reason.${reason}`, figure.layout.meta.detail ?? reason)));
       return;
     }
-    if (plot.parentElement !== body) put(body, plot, cursor.overlay);
+    if (plot.parentElement !== body) put(body, dots.canvas, plot, cursor.overlay);
     const narrow = body.clientWidth < NARROW_PX;
-    const dressed = dressFigure(figure, {
-      colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily,
-    });
+    const dressed = this.dress(figure, narrow);
     dressed.layout.dragmode = this.panning ? "pan" : "zoom";
     this.narrow = narrow;
     const fresh = !plot._fullLayout;
     await plotly.react(plot, dressed.data, dressed.layout, CONFIG);
+    if (fresh) dots.follow();
     cursor.takeOver(fresh);
     plot.setAttribute("aria-label", this.summary());
     this.dataset.drawn = "yes";
     this.dispatchEvent(new Event("drawn"));
     cursor.show();
+  }
+
+  /**
+   * The figure in the page's look.
+   * @param {Figure} figure
+   * @param {boolean} narrow
+   * @param {boolean} [dots] whether crowds of markers are painted apart
+   */
+  dress(figure, narrow, dots = true) {
+    return dressFigure(figure, { colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily, dots });
   }
 
   /** What a reader who cannot see the chart is told. */
@@ -243,7 +257,9 @@ export class ChartPanel extends HTMLElement {
   /** @param {"png" | "svg"} format */
   async saveImage(format) {
     if (!this.plot || !this.plotly || !this.figure) return;
-    const url = await this.plotly.toImage(this.plot, { format, scale: format === "png" ? 2 : 1, width: this.plot.clientWidth, height: this.plot.clientHeight });
+    // An image has every marker as a drawing, and shows what the reader has zoomed into.
+    const { data } = this.dress(this.figure, this.narrow ?? false, false);
+    const url = await this.plotly.toImage({ data, layout: this.plot.layout ?? {}, config: CONFIG }, { format, scale: format === "png" ? 2 : 1, width: this.plot.clientWidth, height: this.plot.clientHeight });
     h("a", { href: url, download: `${this.source.replaceAll("/", "-")}.${format}` }).click();
   }
 

@@ -7,6 +7,7 @@ import { formatInstant, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatDuration, formatNumber } from "../js/numbers.js";
 import { CursorBus } from "../js/cursor.js";
+import { loadPlotly } from "../js/plotly.js";
 import { changeQuery, go, parseRoute, rememberQuery, routeTo } from "../js/router.js";
 import { loadTable } from "../js/tables.js";
 import { againRoute, durationOf, placeOf, recordingsOf, requestOf, titleOf } from "../js/runs.js";
@@ -69,6 +70,8 @@ class RunPage extends HTMLElement {
     this.head = h("div", { class: "run-head" });
     this.body = h("div", null, loading());
     put(this, this.head, this.body);
+    // It takes longer than what the charts show; whoever draws one says why it is missing.
+    loadPlotly().catch(() => undefined);
     const look = throttled(() => this.load());
     this.unwatch = watch((news) => { if (!this.leaving && (!news || news.id === this.runId)) look(); });
     this.load();
