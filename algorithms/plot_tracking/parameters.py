@@ -75,6 +75,75 @@ class TrackerParameters(RadarAccuracy):
         return self.max_speed_mps or speed, along, across
 
 
+class ImmParameters(TrackerParameters):
+    """The recommended tracker, and a single filter for comparison."""
+
+    performance: Literal["airliner", "fast_jet", "paper", "helicopter", "boat"] = parameter(
+        "airliner", title="Performance class", group="motion", choices=CLASSES
+    )
+    """What the targets can do: the largest speed sets the size of the start gate."""
+    association: Literal["nearest", "joint"] = parameter(
+        "joint",
+        title="Association",
+        group="association",
+        choices={
+            "nearest": "each track its plot, together the nearest",
+            "joint": "every plot in a gate with its probability",
+        },
+    )
+    """The nearest for formations and few false plots, joint probabilities for crossings in clutter."""
+    motion: Literal["imm", "constant_velocity"] = parameter(
+        "imm",
+        title="Motion models",
+        group="motion",
+        choices={
+            "imm": "straight flight and turn, interacting",
+            "constant_velocity": "straight flight alone: a single Kalman filter",
+        },
+    )
+    """What the filters believe of the targets."""
+    sd_straight_mps2: float = parameter(
+        0.8, title="Acceleration in straight flight", unit="m/s²", gt=0, le=100, group="motion"
+    )
+    """Standard deviation of an acceleration that is constant between plots; of the single filter it is the only one."""
+    sd_turn_mps2: float = parameter(
+        3.0, title="Acceleration in a turn", unit="m/s²", gt=0, le=1000, group="motion", advanced=True
+    )
+    """The same beside the coordinated turn."""
+    sd_turn_rate_deg_s: float = parameter(
+        3.0, title="Turn rate", unit="°/s", gt=0, le=90, group="motion", advanced=True
+    )
+    """Standard deviation that is expected of it."""
+    sd_turn_rate_step_deg_s: float = parameter(
+        0.4, title="Change of the turn rate", unit="°/s", gt=0, le=90, group="motion", advanced=True
+    )
+    """Standard deviation of its change in an antenna period."""
+    stay_straight: float = parameter(
+        0.95, title="Stays straight", unit="1", ge=0.5, lt=1, group="motion", advanced=True
+    )
+    """Probability that a target in straight flight is so a period later."""
+    stay_turning: float = parameter(0.9, title="Stays turning", unit="1", ge=0.5, lt=1, group="motion", advanced=True)
+    """Probability that a turning target turns a period later."""
+    gate_probability: float = parameter(0.998, title="Gate", unit="1", symbol="P_g", ge=0.5, lt=1, group="association")
+    """Share of a target's plots that its gate holds."""
+    coasting_gate: float = parameter(
+        2.0, title="Gate while coasting", unit="1", ge=1, le=10, group="association", advanced=True
+    )
+    """So many times wider is the gate of a track that missed a scan."""
+    detection_probability: float = parameter(
+        0.9, title="Detection probability", unit="1", symbol="P_d", gt=0, le=1, group="association"
+    )
+    """That a scan has a target's plot; for joint probabilities, at most 0.999."""
+    largest_cluster: int = parameter(
+        10, title="Largest cluster", unit="1", ge=1, le=14, group="association", advanced=True
+    )
+    """Tracks or plots, whichever are fewer, up to which probabilities are exact; beyond, the nearest are taken."""
+    use_identity: bool = parameter(True, title="Use addresses and altitudes", group="association")
+    """A contradiction of addresses, callsigns or altitudes excludes a pair, an agreement makes it more likely."""
+    drop_after: int = parameter(8, title="Missed periods that drop", unit="1", ge=1, le=100, group="start")
+    """A confirmed track without a plot for so many antenna periods ends."""
+
+
 class CurvatureParameters(TrackerParameters):
     """The paper's tracker and everything about it that can be chosen."""
 

@@ -24,7 +24,7 @@ TENTATIVE, CONFIRMED, COASTING, DROPPED = range(4)
 STATES = ("tentative", "confirmed", "coasting", "dropped")
 """Where a track is in its life."""
 
-BEGUN, ENOUGH, MISSED, BACK, TOO_MANY_MISSES, NEVER_CONFIRMED, SENSOR_SILENT, DUPLICATE, TOO_UNCERTAIN = range(9)
+BEGUN, ENOUGH, MISSED, BACK, TOO_MANY_MISSES, NEVER_CONFIRMED, SENSOR_SILENT, DUPLICATE = range(8)
 REASONS = (
     "enough plots to follow it",
     "enough plots to confirm it",
@@ -34,7 +34,6 @@ REASONS = (
     "missed before it was confirmed",
     "the sensor was silent for too long",
     "the same as an older track",
-    "its place is too uncertain to go on",
 )
 """Why it went there."""
 
