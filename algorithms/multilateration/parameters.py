@@ -137,6 +137,16 @@ class FilterParameters(MarkParameters):
         },
     )
     """Form of the process noise. Empty = white (the article's profile: paper)."""
+    smoothing: Literal["none", "fixed_interval"] = parameter(
+        "none",
+        title="Smoothing",
+        group="motion",
+        choices={
+            "none": "estimate after each mark, from the marks up to it",
+            "fixed_interval": "estimate from all marks of the track, for work after the flight",
+        },
+    )
+    """Whether the whole track is smoothed afterwards (Rauch-Tung-Striebel)."""
     start: Start = parameter(Start(), title="Start", group="start", advanced=True)
     """Where the filter starts."""
     start_marks: int = parameter(

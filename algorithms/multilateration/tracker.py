@@ -14,6 +14,7 @@ from algorithms.multilateration.conditions import Conditions, conditions_of, giv
 from algorithms.multilateration.filter_kernel import filter_marks
 from algorithms.multilateration.lanes import Report, Setup, Track
 from algorithms.multilateration.parameters import FilterParameters, Start
+from algorithms.multilateration.smoothing import check_size, smooth_report
 from algorithms.recording import ToaMarks
 from algorithms.result import Note, Result, Setting
 from algorithms.scores import Scores
@@ -28,6 +29,8 @@ Floats = NDArray[np.float64]
 SLICE_RECEPTIONS = 40_000
 # A longer recording keeps the covariance of the position alone: that of the whole state is two thirds of a result.
 FULL_COVARIANCE_MARKS = 100_000
+# Elements of a position's covariance, packed.
+POSITION = 6
 POSITION_COVARIANCE = "Of each covariance the position's part alone is kept: the recording has more than 100,000 marks."
 
 
@@ -43,7 +46,7 @@ def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunCo
     """
     report, conditions, settings = _filtered(recording, parameters, context, altitude=altitude, lean=False)
     notes = conditions.notes
-    if keeps_position_alone(recording):
+    if keeps_position_alone(recording) and parameters.smoothing == "none":
         notes = (*notes, Note("position_covariance", POSITION_COVARIANCE))
     return Result(_arrays(recording, report), notes, settings)
 
@@ -63,11 +66,18 @@ def score_filter(recording: ToaMarks, parameters: FilterParameters, context: Run
         truth_m=recording.truth_m,
         truth_velocity_mps=recording.truth_velocity_mps,
         state=report.state,
-        covariance=report.covariance,
+        covariance=position_part(report.covariance),
         # A mark whose noise was scaled up is a decision; one late reception would drown the mean.
         nis=np.where(report.status == lanes.DOWNWEIGHTED, np.nan, report.nis),
         dof=report.dof,
     )
+
+
+def position_part(packed: Floats) -> Floats:
+    """(M, 45 or 6, L) packed covariances -> (M, 6, L) those of the position."""
+    if packed.shape[1] == POSITION:
+        return packed
+    return np.ascontiguousarray(packed[:, [i * (i + 1) // 2 + j for i in (0, 3, 6) for j in (0, 3, 6) if j <= i]])
 
 
 def _filtered(
@@ -83,6 +93,7 @@ def _filtered(
             "profile": given_or_default(parameters, "profile"),
             "process_noise": Setting(_process_noise(parameters), "run" if parameters.process_noise else "profile"),
             "sigma_jerk_mps3": given_or_default(parameters, "sigma_jerk_mps3"),
+            "smoothing": given_or_default(parameters, "smoothing"),
         }
         | _start_settings(parameters)
     )
@@ -90,7 +101,11 @@ def _filtered(
     gathered = int(settings["start_marks"].value)
     toa = toa_of(recording, conditions)
     stations, trials = toa.shape[1:]
-    kept: Literal["state", "position"] = "position" if lean or keeps_position_alone(recording) else "state"
+    is_smoothed = parameters.smoothing == "fixed_interval"
+    if is_smoothed:
+        check_size(recording)
+    spare = (lean or keeps_position_alone(recording)) and not is_smoothed
+    kept: Literal["state", "position"] = "position" if spare else "state"
     whole = lanes.new_report(len(recording), stations, trials, covariance=kept, receptions=not lean)
     highest = np.zeros((len(recording.targets), trials), np.int64)
     now, work = lanes.new_now(stations), lanes.new_rows(stations)
@@ -106,6 +121,8 @@ def _filtered(
             filter_marks(marks, setup, track, now, work, report, 0, stop - k)
             done += block.put(whole, report, highest, k, stop)
             context.progress(done / total)
+    if is_smoothed:
+        smooth_report(recording, whole, parameters, _process_noise(parameters))
     # Every target counts its tracks from one; in the recording they go on from target to target.
     before = np.cumsum(highest, axis=0) - highest
     whole.track[:] = np.where(whole.track > 0, whole.track + before[recording.target], 0)

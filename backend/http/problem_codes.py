@@ -121,6 +121,7 @@ PROBLEMS: dict[str, Kind] = {
     "sweep_unknown": Kind("The sweep names no parameter of the run", "Write `<label>.<name>` or `scenario.<name>`."),
     "sweep_repeated": Kind("A value is swept twice", "Each value makes one row; leave the second out."),
     "sweep_not_comparable": Kind("A run with a sweep stands by itself", "Its own tables compare what it varies."),
+    "smoothing_too_long": Kind("Too many marks to be smoothed", "Smoothing keeps every covariance in memory."),
     "map_too_large": Kind("The map has too many cells", "Lower the count of an axis, or leave the subsets out."),
     "no_stations": Kind("The site has no stations", "An accuracy map needs two receivers or more."),
     "study_not_found": Kind("No such study", "GET /api/v1/studies lists them."),

@@ -250,4 +250,6 @@ export default {
   "Two stations are the fewest that measure a time difference.": "Разность времён измеряют не менее двух пунктов.",
   "give exactly one of site, recording_id, scenario": "задайте одно из site, recording_id, scenario",
   "stop_m must be above start_m": "stop_m должно быть больше start_m",
+  "{1} marks are too many to be smoothed at once; there may be {2}": "{1} отметок – слишком много для сглаживания сразу; может быть {2}",
+  "choose a target or a part of the recording, or leave the smoothing out": "выберите цель или часть записи или откажитесь от сглаживания",
 };

@@ -68,3 +68,16 @@ def test_rdfv_follows_eleven_aircraft_over_gaps_of_a_minute(recording: ToaMarks,
     assert np.nanmedian(ours) <= 1.10 * np.nanmedian(theirs)
     assert np.nanpercentile(ours, 90) <= 1.05 * np.nanpercentile(theirs, 90)
     assert np.nanmax(ours) <= 1.5 * np.nanmax(theirs)
+
+
+def test_smoothed_rdfv_beats_single_marks(recording: ToaMarks, fixes: np.ndarray) -> None:
+    """Pooled over the aircraft with at least eight messages: 5 % better at the median and at 90 %."""
+    parameters = rdfv.RdfvParameters(smoothing="fixed_interval")
+    smoothed = horizontal(recording, rdfv.run(recording, parameters, LocalContext()))
+    rows = [recording.rows_of(t) for t in range(len(recording.targets))]
+    pooled = np.concatenate([r for r in rows if r.size >= 8])
+    ours, theirs = smoothed[pooled], fixes[pooled]
+    assert np.isfinite(ours).sum() >= np.isfinite(theirs).sum()
+    assert np.nanmedian(ours) <= 0.95 * np.nanmedian(theirs)
+    assert np.nanpercentile(ours, 90) <= 0.95 * np.nanpercentile(theirs, 90)
+    assert np.nanmax(ours) <= 1.5 * np.nanmax(theirs)

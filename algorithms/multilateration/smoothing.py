@@ -1,0 +1,92 @@
+"""Smooth what the range-difference filter has reported, target by target and trial by trial.
+
+What is smoothed is the filter's own chain of estimates: a restart, and a rival position that took over, begin a new
+piece. A mark older than the one before it has no estimate and gets none. NIS, gates and statuses stay the filter's:
+they were decided when the mark came.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from algorithms.errors import ParameterError
+from algorithms.multilateration import lanes
+from algorithms.multilateration.lanes import Report
+from algorithms.multilateration.parameters import FilterParameters
+from algorithms.recording import ToaMarks
+from algorithms.toolbox.filters.smoothing import smooth
+from algorithms.toolbox.kernels.symmetric import pack, unpack
+from algorithms.toolbox.motion.jerk import PROCESS_NOISE, noise_block
+
+Floats = NDArray[np.float64]
+
+# The covariances of all marks stand in memory twice, 0.65 kB each.
+MOST_MARKS = 300_000
+
+
+def check_size(recording: ToaMarks) -> None:
+    """Refuse what would not fit, before anything is filtered.
+
+    Raises
+    ------
+    ParameterError
+        More marks than can be smoothed at once.
+    """
+    count = len(recording) * recording.toa_s.shape[2]
+    if count > MOST_MARKS:
+        raise ParameterError(
+            f"{count} marks are too many to be smoothed at once; there may be {MOST_MARKS}",
+            pointer="/smoothing",
+            remedy="choose a target or a part of the recording, or leave the smoothing out",
+            code="smoothing_too_long",
+        )
+
+
+def smooth_report(recording: ToaMarks, report: Report, parameters: FilterParameters, process_noise: str) -> None:
+    """Replace states and covariances of a report, which must hold whole covariances, by the smoothed ones."""
+    form = PROCESS_NOISE.index(process_noise)
+
+    def model(t: Floats) -> tuple[Floats, Floats]:
+        return _model(t, parameters.sigma_jerk_mps3, form)
+
+    for rows in recording.rows_by_target():
+        if rows.size < 2:
+            continue
+        state = np.moveaxis(report.state[rows], 2, 1)
+        covariance = np.moveaxis(unpack(report.covariance[rows], axis=1), 3, 1)
+        there = np.isfinite(state[:, :, 0])
+        time = np.where(there, report.time[rows], np.nan)
+        track = report.track[rows]
+        linked = _linked(track, report.status[rows], there)
+        x, p = smooth(time, state, covariance, linked, model)
+        report.state[rows] = np.moveaxis(x, 1, 2)
+        report.covariance[rows] = np.moveaxis(pack(np.moveaxis(p, (2, 3), (0, 1))), 0, 1)
+
+
+def _linked(track: NDArray[Any], status: NDArray[Any], there: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(M, L) whether a mark's estimate was predicted from the last one before it."""
+    number = np.where(there, track, 0)
+    # The last number that was shown before each mark.
+    last = np.zeros_like(number)
+    for k in range(1, len(number)):
+        last[k] = np.where(there[k - 1], number[k - 1], last[k - 1])
+    begun = (status == lanes.INITIALISED) | (status == lanes.REINITIALISED)
+    return np.asarray(there & (number == last) & (number > 0) & ~begun)
+
+
+def _model(t: Floats, sigma: float, form: int) -> tuple[Floats, Floats]:
+    """F and Q (L, 9, 9) of three equal axes."""
+    f1, q1 = np.zeros((t.size, 3, 3)), np.zeros((t.size, 3, 3))
+    f1[:, range(3), range(3)] = 1.0
+    f1[:, 0, 1] = f1[:, 1, 2] = t
+    f1[:, 0, 2] = 0.5 * t * t
+    lower = ((0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2))
+    for (i, j), value in zip(lower, noise_block.py_func(t, sigma, form), strict=True):
+        q1[:, i, j] = q1[:, j, i] = value
+    f, q = np.zeros((t.size, 9, 9)), np.zeros((t.size, 9, 9))
+    for a in range(0, 9, 3):
+        f[:, a : a + 3, a : a + 3], q[:, a : a + 3, a : a + 3] = f1, q1
+    return f, q
