@@ -77,7 +77,8 @@ _DOT = """(panel) => {
   const [left, top] = [xaxis._offset + xaxis.d2p(trace.x[i]), yaxis._offset + yaxis.d2p(trace.y[i])];
   const around = canvas.getContext('2d').getImageData(Math.round(left) - 1, Math.round(top) - 1, 3, 3).data;
   const corner = canvas.getContext('2d').getImageData(0, 0, xaxis._offset - 5, 20).data;
-  return {paint: around.filter((_, k) => k % 4 === 3).reduce((a, b) => a + b), outside: Math.max(...corner), count: trace.x.length};
+  const paint = around.filter((_, k) => k % 4 === 3).reduce((a, b) => a + b);
+  return {paint, outside: Math.max(...corner), count: trace.x.length};
 }"""
 
 
