@@ -94,9 +94,7 @@ def test_the_site_of_a_preset(api: httpx2.Client) -> None:
         ({"altitude": 3}, 422, "/altitude"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_mapped_is_named(
-    api: httpx2.Client, change: dict[str, Any], status: int, pointer: str
-) -> None:
+def test_what_cannot_be_mapped_is_named(api: httpx2.Client, change: dict[str, Any], status: int, pointer: str) -> None:
     answer = ask(api, **change)
     assert answer.status_code == status, answer.text
     assert any(e["pointer"].startswith(pointer) for e in answer.json()["errors"]), answer.text
