@@ -70,18 +70,11 @@ def _bound(
         CONVERTED, sv**2, sa**2, timeout, np.inf, np.inf, 1.0, np.inf, 0.0, np.inf, 0.0, 1.0, np.empty((0, 2)),
         np.zeros(1, np.int64), np.empty((0, 2)),
     )  # fmt: skip
-    marks = prepared.marks(recording, np.arange(t.size), slice(0, 1), np.arange(t.size + 1))
+    noise = np.where(jump, NOISY_MPS2 / QUIET_MPS2, 1.0)[:, None]
+    marks = prepared.marks(recording, np.arange(t.size), slice(0, 1), np.arange(t.size + 1), noise)
     report = states.new_report(t.size, 1, 1)
-    track, work, lanes, rows, now = new_track(1), new_work(1, 1), states.new_lanes(), new_rows(), states.new_now()
-    first = 0
-    while first < t.size:
-        # Runs of equal noise: the switch is known.
-        stop = first + 1
-        while stop < t.size and jump[stop] == jump[first]:
-            stop += 1
-        track.boost[:] = NOISY_MPS2 / QUIET_MPS2 if jump[first] else 1.0
-        filter_groups(marks, setup, bank, track, lanes, work, rows, now, report, first, stop)
-        first = stop
+    track, work, lanes, rows, now = new_track(1), new_work(1, 1), states.new_lanes(), new_rows(), states.new_now(1)
+    filter_groups(marks, setup, bank, track, lanes, work, rows, now, report, 0, t.size)
     diagonal = [i * (i + 1) // 2 + i for i in range(9)]
     return report.covariance[:, diagonal, 0]
 

@@ -127,8 +127,9 @@ def run_bank(
     *,
     lean: bool,
     detector: Detector | None = None,
+    boost: Floats | None = None,
 ) -> Filtered:
-    """Filter every target of a recording.
+    """Filter every target of a recording; `boost` (M, L) raises the models' noise over the interval before each row.
 
     Raises
     ------
@@ -158,11 +159,11 @@ def run_bank(
         setup = _setup(parameters, chosen, nearest, recording.time_s[rows], group, int(prepared.dof[0]), detector)
         for first in range(0, trials, LANES):
             part = slice(first, min(first + LANES, trials))
-            marks = prepared.marks(recording, rows, part, group)
+            marks = prepared.marks(recording, rows, part, group, boost)
             lanes = part.stop - part.start
             report = states.new_report(rows.size, n, lanes, lean=lean)
             track, work, state = new_track(n), new_work(n, bank.structure), states.new_lanes()
-            scratch, now = new_rows(), states.new_now()
+            scratch, now = new_rows(), states.new_now(len(work.s))
             step = max(1, SLICE // len(work.s))
             for g in range(0, len(group) - 1, step):
                 context.check_cancelled()

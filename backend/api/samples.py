@@ -53,6 +53,12 @@ SAMPLES = (
         label="Sample: three passes across a base line",
     ),
     Sample(
+        name="antenna",
+        files={"file": "sample_antenna.csv", "site": "sample_antenna_site.json"},
+        algorithms=("multiple_model", "mma2_122", "switched_kalman"),
+        label="Sample: ballistic arc and a manoeuvre before an antenna",
+    ),
+    Sample(
         name="marks",
         files={"file": "sample_marks.csv", "site": "sample_site.json"},
         algorithms=("single_mark", "rdf", "rdfv"),

@@ -439,6 +439,7 @@ export default {
   "group.reception": "Receptions",
   "group.altitude": "Altitude",
   "group.legs": "Legs",
+  "group.smoothing": "Smoothing",
   "group.disturbances": "Disturbances",
   // upload
   "upload.marks": "Marks",

@@ -20,6 +20,17 @@ export const words = {
   "Kalman filter with a manoeuvre detector": "Фильтр Калмана с обнаружителем манёвра",
   "One filter whose noise is raised while its innovations are too large: the traditional rival.": "Один фильтр, шум которого повышается, пока невязки слишком велики: традиционный соперник.",
 
+  "Smoother with several models": "Сглаживание с несколькими моделями",
+  "Looks back from the end: several models find the manoeuvres, one filter is smoothed through them.": "Смотрит назад с конца: несколько моделей находят манёвры, один фильтр сглаживается с их учётом.",
+  "Of the step form at the base interval, where the object manoeuvres.": "В форме шага на основном интервале, там, где объект маневрирует.",
+  "The object manoeuvres where the models with the largest noise are more probable than this.": "Объект маневрирует там, где модели с наибольшим шумом вероятнее этого.",
+  "Of the filter that finds the manoeuvres; what is smoothed has noise of the rate form.": "У фильтра, который находит манёвры; у сглаживаемого шум в форме интенсивности.",
+  "The paper's rule and models: they tell a manoeuvre from an arc more sharply than the filter's own set.": "Правило и модели статьи: они отличают манёвр от дуги резче, чем набор самого фильтра.",
+  "Widened before": "Расширение раньше",
+  "A filter notices a manoeuvre late.": "Фильтр замечает манёвр с опозданием.",
+  "Widened after": "Расширение позже",
+  "So long after the last alarm the noise stays.": "Столько после последней тревоги шум остаётся.",
+
   "Probabilities of the models": "Вероятности моделей",
   "Vertical error over trials": "Ошибка по высоте по испытаниям",
   "Vertical velocity error over trials": "Ошибка вертикальной скорости по испытаниям",

@@ -440,6 +440,7 @@ export default {
   "group.reception": "Приёмы",
   "group.altitude": "Высота",
   "group.legs": "Этапы",
+  "group.smoothing": "Сглаживание",
   "group.disturbances": "Возмущения",
   // upload
   "upload.marks": "Отметки",

@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, bare
 
 KINDS = ("cv", "ca", "ct", "gv", "gd")
 """Names of the models; a kernel takes the position in this tuple."""
@@ -44,7 +44,7 @@ BALLISTIC_COEFFICIENT = 10_000.0
 """kg/m2, of the model with drag"""
 
 
-@kernel
+@bare
 def known_acceleration(kind, x, out):
     """Write the acceleration that a model knows into rows 13 to 15 of `out` (16, LANES); 0 where there is none."""
     for a in range(13, 16):
@@ -63,7 +63,7 @@ def known_acceleration(kind, x, out):
             out[15, lane] -= drag * vz
 
 
-@kernel
+@bare
 def transition_coefficients(kind, t, x, f):
     """Write the interval and a, b, c, d, e, g into rows 0 to 6 of f (16, LANES), for t (LANES,) s and states x."""
     for lane in range(LANES):
@@ -99,7 +99,7 @@ def transition_coefficients(kind, t, x, f):
         f[6, lane] = with_acceleration
 
 
-@kernel
+@bare
 def noise_coefficients(kind, sigma, t, as_rate, base, q):
     """Write the lower triangle of Q1 into rows 7 to 12 of q (16, LANES), in each lane's form; none over no time.
 
