@@ -38,6 +38,13 @@ class Sample:
 # The last one stands at the top of the list of runs.
 SAMPLES = (
     Sample(
+        name="tracking",
+        files={"file": "sample_tracking.csv", "site": "sample_tracking_radar.json"},
+        algorithms=("imm_tracker", "curvature_tracker"),
+        label="Sample: tracks of ten aircraft from the plots of one radar",
+        parameters={"curvature_tracker": {"performance": "airliner"}},
+    ),
+    Sample(
         name="plots",
         files={"file": "sample_plots.csv", "site": "sample_radars.json"},
         algorithms=("pairwise_test", "assignment", "track_association"),

@@ -473,6 +473,8 @@ export const sentences = {
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */
 export const patterns = [
+  [/^The first (.+?) of (.+?) rows? are drawn\.$/, "Показаны первые строки: $1 из $2."],
+  [/^Of (.+?) plots? in tracking gates\.$/, "Отметок в стробах сопровождения: $1."],
   [/^Emitter at (.+) m; one mark, received by (.+)\.$/, "Излучатель на высоте $1 м; одна отметка, приняли $2."],
   [/^Not observable, left blank: (.+) % of the map\.$/, "Не наблюдаемо и оставлено пустым: $1 % карты."],
   [/^the same two stations all the time: no place along their hyperbola; predicted error (.+) km$/, "всё время одни и те же два пункта: место на их гиперболе неизвестно; ожидаемая ошибка $1 км"],

@@ -18,13 +18,13 @@ from backend.charts.figure import figure_json
 from backend.charts.html import chart_page, plotly_js
 from backend.charts.table import chart_table
 from backend.charts.view import Chart, ChartOptions, Entry, RecordingView, RunView
-from tests import chart_views, pair_views
+from tests import chart_views, pair_views, track_views
 
 ROLES = {"series", "truth", "station", "measurement", "bound", "interval", "rejected"}
 # Quantities without a unit; everything else says its unit after the last comma.
 UNITLESS = (
     "NIS", "Station", "Gain", "Chi2", "Calibration error", "Plot of", "Algorithm", "Probability",
-    "Mean probability", "Share", "Squared", "sigma", "scenario",
+    "Mean probability", "Share", "Target", "Normal acceleration", "Squared", "sigma", "scenario",
 )  # fmt: skip
 LONG_LABEL = "rdfv " + "x" * 115
 
@@ -57,7 +57,8 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
         r,
         *[
             {
-                "states": chart_views.states(r),
+                "states": chart_views.states(r, **track_views.motion(len(r))),
+                "decisions": track_views.track_decisions(r),
                 "errors": chart_views.errors(r),
                 "receivers": chart_views.receivers(),
                 **chart_views.trial_tables(scale),
