@@ -190,6 +190,7 @@ export const words = {
   "shared": "разделена",
   "constant_velocity": "постоянная скорость",
   "coordinated_turn": "разворот",
+  "Sample: tracks of ten aircraft from the plots of one radar": "Пример: трассы десяти самолётов по отметкам одной РЛС",
 };
 
 /** @type {Record<string, string>} */
