@@ -50,7 +50,7 @@ def smooth_report(recording: ToaMarks, report: Report, parameters: FilterParamet
     form = PROCESS_NOISE.index(process_noise)
 
     def model(t: Floats) -> tuple[Floats, Floats]:
-        return _model(t, parameters.sigma_jerk_mps3, form)
+        return model_over(t, parameters.sigma_jerk_mps3, form)
 
     for rows in recording.rows_by_target():
         if rows.size < 2:
@@ -77,8 +77,8 @@ def _linked(track: NDArray[Any], status: NDArray[Any], there: NDArray[np.bool_])
     return np.asarray(there & (number == last) & (number > 0) & ~begun)
 
 
-def _model(t: Floats, sigma: float, form: int) -> tuple[Floats, Floats]:
-    """F and Q (L, 9, 9) of three equal axes."""
+def model_over(t: Floats, sigma: float, form: int) -> tuple[Floats, Floats]:
+    """Return F and Q (L, 9, 9) of three equal axes over intervals t (L,) s, for a form of PROCESS_NOISE."""
     f1, q1 = np.zeros((t.size, 3, 3)), np.zeros((t.size, 3, 3))
     f1[:, range(3), range(3)] = 1.0
     f1[:, 0, 1] = f1[:, 1, 2] = t

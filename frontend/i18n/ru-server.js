@@ -325,6 +325,8 @@ export const words = {
   "Form of the process noise. Empty = white (the article's profile: paper).": "Вид шума движения. Пусто = white (в профиле статьи – paper).",
   "only the acceleration is disturbed": "возмущается только ускорение",
   "jerk constant between marks": "рывок постоянен между отметками",
+  "Filter over one-mark solutions": "Фильтр по решениям одной отметки",
+  "Each complete mark is solved for a position, then the positions are filtered with its bound. Incomplete marks are lost: the rival that the range-difference filters are held against.": "По каждой полной отметке находится положение, затем положения фильтруются с границей точности отметки. Неполные отметки пропадают: с этим соперником сравнивают фильтры по разностям дальностей.",
   "Smoothing": "Сглаживание",
   "estimate after each mark, from the marks up to it": "оценка после каждой отметки по отметкам до неё включительно",
   "estimate from all marks of the track, for work after the flight": "оценка по всем отметкам трассы, для разбора после полёта",
