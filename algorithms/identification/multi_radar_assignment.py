@@ -26,7 +26,7 @@ from algorithms.identification.measures import measure
 from algorithms.identification.outputs import ACCEPTED, PLOT_OUTPUTS, REJECTED, UNDECIDED
 from algorithms.identification.pairs import Points, pair_statistics, points_of
 from algorithms.identification.parameters import ManyRadarParameters
-from algorithms.identification.plots import Look, Plots, plots_of
+from algorithms.identification.plots import Look, Plots, plots_of, refuse_nothing
 from algorithms.identification.registration_sets import AcceptedSets, diagnosed_sets, joined_sets
 from algorithms.identification.tables import tabulate
 from algorithms.identification.truth import score_groups
@@ -92,6 +92,7 @@ def _accepted(packed: Packed, p: ManyRadarParameters) -> tuple[Floats, NDArray[n
 def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunContext) -> Result:
     """Put the plots of all radars together, look by look and trial by trial."""
     plots = plots_of(recording, parameters)
+    refuse_nothing(plots)
     filled = Filled(plots)
     threshold = gate_threshold(parameters.alpha, DOF)
     total = sum(a.size * b.size for look in plots.looks for a, b in combinations(look.rows, 2))

@@ -133,6 +133,23 @@ def plots_of(recording: PolarPlots, parameters: RadarParameters) -> Plots:
     )
 
 
+def refuse_nothing(plots: Plots) -> None:
+    """Refuse a recording of which no plot is left.
+
+    Raises
+    ------
+    RecordingError
+        Every row is unusable; the first reason is given.
+    """
+    if plots.bad and all(plots.bad):
+        raise RecordingError(
+            f"No plot can be used: {plots.bad[0]} in the first row, and the others are no better.",
+            pointer="/recording_id",
+            remedy="Look at the columns of range and azimuth, and at how they were read.",
+            code="no_usable_plots",
+        )
+
+
 def _radars(recording: PolarPlots) -> tuple[Radar, ...]:
     if len(recording.radars) < 2:
         raise RecordingError(

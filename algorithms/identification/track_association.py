@@ -22,15 +22,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.identification.compare import chosen_radars
+from algorithms.identification.compare import chosen_radars, exactness
 from algorithms.identification.diagnosis import diagnosed
 from algorithms.identification.filled import Filled, joined_pairs, listed_pairs
 from algorithms.identification.measures import measure
-from algorithms.identification.outputs import NOT_COMPARED, PLOT_OUTPUTS
+from algorithms.identification.outputs import NOT_COMPARED, PLOT_OUTPUTS, SAME_TIME, SHORT_TRACK, UNUSABLE
 from algorithms.identification.pairs import points_of
 from algorithms.identification.parameters import TrackParameters
-from algorithms.identification.plots import Plots, plots_of
+from algorithms.identification.plots import Plots, plots_of, refuse_nothing
 from algorithms.identification.scoring import targets_of
+from algorithms.identification.straight import FEWEST_PLOTS
 from algorithms.identification.tables import tabulate
 from algorithms.identification.track_pairs import (
     DOF,
@@ -42,7 +43,7 @@ from algorithms.identification.track_pairs import (
 )
 from algorithms.identification.tracks import PLACE, Track
 from algorithms.recording import PolarPlots
-from algorithms.result import Output, Result, Setting
+from algorithms.result import Note, Output, Result, Setting
 from algorithms.scores import Sample, Scores, Tally
 from algorithms.spec import Algorithm, Reference, RunContext
 from algorithms.toolbox.association.gate import gate_threshold
@@ -58,6 +59,7 @@ class TrackAssociationParameters(TrackParameters):
 def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: RunContext) -> Result:
     """Filter, compare, and give each plot what became of its track."""
     plots = plots_of(recording, parameters)
+    refuse_nothing(plots)
     first, second = chosen_radars(recording, parameters)
     context.check_cancelled()
     a, b = (tracks_of(recording, plots, r, parameters) for r in (first, second))
@@ -72,6 +74,11 @@ def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: 
         for i, track in enumerate(of.tracks):
             number[track.rows] = (0 if s == 0 else len(a.tracks)) + i + 1
             _take(recording, filled, plots, of, i, decided, s, (a, b), statistic, parameters)
+            short = plots.usable[track.rows].sum(axis=0) < FEWEST_PLOTS
+            filled.reason[track.rows] = np.where(
+                short & plots.usable[track.rows], SHORT_TRACK, filled.reason[track.rows]
+            )
+        filled.decision[of.repeated], filled.reason[of.repeated] = UNUSABLE, SAME_TIME
     rows = tuple(np.array([t.rows[-1] for t in of.tracks], np.int64) for of in (a, b))
     total = statistic.shape[0] * statistic.shape[1]
     pairs = listed_pairs(recording, 0, (rows[0], rows[1]), statistic, decided.pairs, decided.pair_decision, total)
@@ -98,7 +105,26 @@ def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: 
         for name in type(parameters).model_fields
         if name not in plots.settings and getattr(parameters, name) not in (None, "")
     }
-    return Result(arrays, (*plots.notes, *wrong), settings)
+    return Result(arrays, (*plots.notes, *_notes(parameters, filled, (a, b), decided), *wrong), settings)
+
+
+def _notes(
+    p: TrackParameters, filled: Filled, tracks: tuple[RadarTracks, RadarTracks], decided: DecidedTracks
+) -> list[Note]:
+    out = []
+    short = sum(bool((filled.reason[t.rows] == SHORT_TRACK).any()) for of in tracks for t in of.tracks)
+    if short:
+        out.append(Note("short_tracks", "Tracks of fewer than two plots have no velocity; they stay alone.", short))
+    repeated = sum(of.repeated.size for of in tracks)
+    if repeated:
+        out.append(
+            Note(
+                "repeated_times",
+                "Plots whose track has another plot at the same time are left out; see decisions.",
+                repeated,
+            )
+        )
+    return out + exactness(p, decided.split, decided.ranked_groups, decided.truncation)
 
 
 def _take(

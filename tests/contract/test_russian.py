@@ -22,7 +22,7 @@ from tests.contract.server_sentences import sentences
 
 ENTRY = re.compile(r'^ {2}("(?:[^"\\]|\\.)*"): ("(?:[^"\\]|\\.)*"),$', re.M)
 PATTERN = re.compile(r"^ {2}\[/(.+)/, \"", re.M)
-FAMILIES = ("multilateration", "forward_scatter", "multiple_model")
+FAMILIES = ("multilateration", "forward_scatter", "identification", "multiple_model")
 
 
 @pytest.fixture(scope="module")
