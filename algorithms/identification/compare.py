@@ -11,7 +11,7 @@ from algorithms.errors import ParameterError
 from algorithms.identification.diagnosis import diagnosed
 from algorithms.identification.filled import DOF, KEPT_PAIRS, Decided, Filled, Pairs, joined_pairs, listed_pairs
 from algorithms.identification.outputs import NOT_COMPARED, ONE_LINE, REJECTED, TIED
-from algorithms.identification.pairs import PairStatistics, Side, fused, pair_statistics
+from algorithms.identification.pairs import PairStatistics, Side, fused, pair_statistics, points_of
 from algorithms.identification.parameters import PairParameters, TwoRadarParameters
 from algorithms.identification.plots import Look, Plots, plots_of, refuse_nothing
 from algorithms.identification.scoring import Judged
@@ -135,6 +135,7 @@ def judged(
         decided = decide(found)
         place, covariance = fused(ends[side], ends[1 - side], parameters.conversion, decided.partner[side])
         rows = (look.rows[first], look.rows[second])
+        own = points_of(ends[side], parameters.conversion) if parameters.conversion != "polar" else None
         out.append(
             Judged(
                 time_s=_time_of(recording, look),
@@ -149,6 +150,8 @@ def judged(
                 place=place,
                 covariance=covariance,
                 threshold=threshold,
+                own_place=None if own is None else np.stack([own.x, own.y], axis=1),
+                own_covariance=None if own is None else np.stack([own.xx, own.yy, own.xy], axis=1),
             )
         )
     return out

@@ -9,7 +9,7 @@ from algorithms.toolbox.association.exact import EXACT_COLUMNS, LARGEST_EXACT
 
 PointConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm"]
 PlotConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "polar"]
-TrackConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "ducm", "polar"]
+TrackConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "ducm", "ekf", "polar"]
 
 _CONVERSIONS = {
     "lin": "plain point, covariance of first order",
@@ -22,6 +22,7 @@ _CONVERSIONS = {
 PLOT_CONVERSIONS = _CONVERSIONS | {"polar": "none: the exact likelihood in range and azimuth"}
 TRACK_CONVERSIONS = _CONVERSIONS | {
     "ducm": "unbiased given the truth, covariance from the track's prediction",
+    "ekf": "none: range and azimuth linearised at the track's prediction",
     "polar": "none: straight flights fitted to ranges and azimuths",
 }
 

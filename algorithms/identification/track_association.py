@@ -31,7 +31,7 @@ from algorithms.identification.pairs import points_of
 from algorithms.identification.parameters import TrackParameters
 from algorithms.identification.plots import Plots, plots_of, refuse_nothing
 from algorithms.identification.scoring import targets_of
-from algorithms.identification.straight import FEWEST_PLOTS
+from algorithms.identification.straight import FEWEST_PLOTS, straight_track
 from algorithms.identification.tables import tabulate
 from algorithms.identification.track_pairs import (
     DOF,
@@ -40,6 +40,7 @@ from algorithms.identification.track_pairs import (
     decide_tracks,
     track_statistics,
     tracks_of,
+    until,
 )
 from algorithms.identification.tracks import PLACE, Track
 from algorithms.recording import PolarPlots
@@ -215,7 +216,9 @@ def score(recording: PolarPlots, parameters: TrackAssociationParameters, context
         for i, t in enumerate(truth[0]):
             if t not in truth[1]:
                 continue
-            for name, values in _counted(statistic, decided, i, truth[1].index(t), threshold).items():
+            counted = _counted(statistic, decided, i, truth[1].index(t), threshold)
+            counted |= _errors(recording, a, i, parameters, float(now), counted["both"])
+            for name, values in counted.items():
                 parts.setdefault(name, []).append(values)
             time.append(float(now))
             target.append(t)
@@ -230,6 +233,9 @@ def score(recording: PolarPlots, parameters: TrackAssociationParameters, context
             Tally("false_rejection", "1", got["rejected"], both, curve=True, compared=True, share=True),
             Tally("assignment_correct", "1", got["assigned"], both, curve=True, compared=True, share=True),
             Tally("nis", "1", got["statistic"], DOF * both, curve=True, chi_square=True),
+            Tally("nees", "1", got["nees"], DOF * both, curve=True, chi_square=True),
+            Tally("radial_bias_m", "m", got["radial"], both, curve=True),
+            Tally("rms_horizontal_m", "m", got["error"], both, root=True, curve=True, compared=True),
         ),
         (
             Sample("statistic_same", "1", got["same"].astype(np.float32)),
@@ -241,7 +247,31 @@ def score(recording: PolarPlots, parameters: TrackAssociationParameters, context
     )
 
 
-_NAMES = ("both", "correct", "wrong", "undecided", "rejected", "assigned", "statistic")
+_NAMES = ("both", "correct", "wrong", "undecided", "rejected", "assigned", "statistic", "nees", "radial", "error")
+
+
+def _errors(
+    recording: PolarPlots, of: RadarTracks, i: int, p: TrackParameters, now: float, both: Floats
+) -> dict[str, Floats]:
+    """Errors (L,) of one radar's track: normalised in place and velocity, along the true line of sight, and squared."""
+    track = of.tracks[i]
+    x, covariance = track.at(now, p.acceleration_density_m2ps3)
+    if p.conversion == "polar":
+        x, covariance = straight_track(until(of.times[i], of.sides[i], now), x, now)
+    row = track.rows[int(np.searchsorted(of.times[i], now, side="right")) - 1]
+    velocity = recording.truth_velocity_mps[row, :2]
+    place = recording.truth_m[row, :2] + velocity * (now - recording.time_s[row])
+    error = x - np.array([place[0], velocity[0], place[1], velocity[1]])[:, None]
+    known = (both > 0) & np.isfinite(error).all(axis=0)
+    matrix = np.where(known[:, None, None], np.moveaxis(covariance, 2, 0), np.eye(4))
+    d = np.where(known, error, 0.0).T
+    solved = np.linalg.solve(matrix, d[:, :, None])[:, :, 0]
+    sight = (place - of.sides[i].site) / np.hypot(*(place - of.sides[i].site))
+    return {
+        "nees": d[:, 0] * solved[:, 0] + d[:, 1] * solved[:, 1] + d[:, 2] * solved[:, 2] + d[:, 3] * solved[:, 3],
+        "radial": sight[0] * d[:, 0] + sight[1] * d[:, 2],
+        "error": d[:, 0] ** 2 + d[:, 2] ** 2,
+    }
 
 
 def _counted(statistic: Floats, decided: DecidedTracks, i: int, right: int, threshold: float) -> dict[str, Floats]:

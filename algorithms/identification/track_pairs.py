@@ -121,13 +121,14 @@ def _compared(
     s = d[:, 0] * solved[:, 0] + d[:, 1] * solved[:, 1] + d[:, 2] * solved[:, 2] + d[:, 3] * solved[:, 3]
     _, log_det = np.linalg.slogdet(matrix)
     if p.conversion == "polar":
-        flights = tuple(_until(t, side, time) for t, side in zip(times, sides, strict=True))
+        flights = tuple(until(t, side, time) for t, side in zip(times, sides, strict=True))
         s = likelihood_ratio(flights[0], flights[1], (x1, x2), time)
     cost = s / 2 + log_det / 2 + 2 * np.log(2 * np.pi)
     return np.where(known, s, np.nan), np.where(known, cost, np.nan)
 
 
-def _until(times: Floats, side: Side, time: float) -> Flight:
+def until(times: Floats, side: Side, time: float) -> Flight:
+    """Return the plots up to an instant."""
     n = int(np.searchsorted(times, time, side="right"))
     return Flight(times[:n], side._replace(range_m=side.range_m[:n], angle_rad=side.angle_rad[:n]))
 
