@@ -221,6 +221,8 @@ export default {
   "metric.probability_undecided_none": "Undecided: no partner",
   "metric.probability_undecided_several": "Undecided: several partners or too uncertain",
   "metric.false_rejection": "True pairs outside the gate",
+  "metric.plot_nees": "NEES of single plots, mean per degree of freedom (1 is honest)",
+  "metric.radial_bias_m": "Mean error along the line of sight",
   "metric.assignment_correct": "Most likely matching correct",
   "metric.recall": "Existing pairs found",
   "metric.precision": "Accepted pairs correct",

@@ -86,6 +86,7 @@ export const words = {
   "Each radar filters its own plots; tracks of two radars are compared in place and velocity, with or without their cross-covariance, or by straight flights fitted to the plots of both.": "Каждая РЛС фильтрует свои отметки; трассы двух РЛС сравниваются по месту и скорости, с взаимной ковариацией или без неё, или по прямым, проведённым через отметки обеих.",
   "number of the track of its radar, 0 = none": "номер трассы своей РЛС, 0 – нет",
   "unbiased given the truth, covariance from the track's prediction": "без смещения при известной истине, ковариация по прогнозу трассы",
+  "none: range and azimuth linearised at the track's prediction": "без пересчёта: дальность и азимут линеаризованы у прогноза трассы",
   "none: straight flights fitted to ranges and azimuths": "без пересчёта: прямые по дальностям и азимутам",
   "Density of the white acceleration that the tracks allow for.": "Плотность белого ускорения, которое допускают трассы.",
   "Cross-covariance": "Взаимная ковариация",

@@ -222,6 +222,8 @@ export default {
   "metric.probability_undecided_none": "Без решения: нет пары",
   "metric.probability_undecided_several": "Без решения: несколько пар или мало уверенности",
   "metric.false_rejection": "Истинные пары вне строба",
+  "metric.plot_nees": "NEES отдельных отметок, среднее на степень свободы (1 – честно)",
+  "metric.radial_bias_m": "Средняя ошибка вдоль линии визирования",
   "metric.assignment_correct": "Верно в наиболее вероятном соответствии",
   "metric.recall": "Найдено существующих пар",
   "metric.precision": "Верных среди принятых пар",

@@ -75,7 +75,7 @@ def _told(name: str) -> dict[str, Any]:
 
 def table(api: httpx2.Client, run: dict[str, Any], name: str, label: str) -> list[dict[str, Any]]:
     found = api.get(f"/api/v1/runs/{run['id']}/tables/{name}.json", params={"limit": 1000}).raise_for_status().json()
-    names = [c["name"] for c in found["columns"]]
+    names = found["columns"]
     rows = [dict(zip(names, row, strict=True)) for row in found["rows"]]
     return [row for row in rows if row["label"] == label]
 
