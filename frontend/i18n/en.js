@@ -474,6 +474,10 @@ export default {
   "reading.scan_cut.period": "in equal slices of time",
   "reading.scan_period_s": "Period of a turn, s",
   "reading.scan_period_s.hint": "needed for equal slices where nothing tells it",
+  "reading.equal_times": "Dopplers of one instant",
+  "reading.equal_times.hint": "When a Doppler is measured again at the same instant; values of different receivers are joined anyway",
+  "reading.equal_times.reject": "keep the first, reject the others",
+  "reading.equal_times.average": "average them",
   // mapping
   "mapping.title": "What the columns mean",
   "mapping.hint": "Suggested from the names of the columns. It is used only when you take it.",

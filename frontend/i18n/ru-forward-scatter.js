@@ -158,6 +158,8 @@ export const words = {
   "Step of the distance": "Шаг дальности",
   "Each target crosses so much further than the one before.": "Каждая цель пересекает базу на столько дальше предыдущей.",
   "Interval of the Dopplers": "Интервал измерений",
+  "Irregularity": "Нерегулярность",
+  "Each instant is moved by up to so much of the interval; the instants are the same in all trials.": "Каждый момент сдвигается не больше чем на такую долю интервала; моменты одни и те же во всех реализациях.",
   "Between two measurements, the first at 0 s.": "Между двумя измерениями, первое в 0 с.",
   "Observed time": "Время наблюдения",
   "Of each target; empty = until it is as far beyond the base line as it began before it.": "Каждой цели; пусто = пока она не отойдёт за базу настолько же, насколько начала перед ней.",

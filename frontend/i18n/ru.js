@@ -475,6 +475,10 @@ export default {
   "reading.scan_cut.period": "равными отрезками времени",
   "reading.scan_period_s": "Период обзора, с",
   "reading.scan_period_s.hint": "нужен для равных отрезков, если он больше ниоткуда не известен",
+  "reading.equal_times": "Частоты одного момента",
+  "reading.equal_times.hint": "Если доплеровская частота измерена в тот же момент ещё раз; значения разных приёмников объединяются в любом случае",
+  "reading.equal_times.reject": "оставить первую, прочие отвергнуть",
+  "reading.equal_times.average": "усреднить",
   // mapping
   "mapping.title": "Что означают столбцы",
   "mapping.hint": "Предложено по названиям столбцов. Применяется, только когда вы это примете.",

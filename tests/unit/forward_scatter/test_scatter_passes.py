@@ -14,6 +14,7 @@ from algorithms.recording import DopplerPairs
 from algorithms.registry import algorithms_by_name
 from algorithms.result import Result
 from algorithms.spec import LocalContext
+from algorithms.toolbox.sensors.doppler import doppler_hz
 
 LINES, ML = "forward_scatter_lines", "forward_scatter_ml"
 
@@ -153,3 +154,40 @@ def test_doppler_of_the_simulation_is_that_of_the_specification() -> None:
     f = recording.doppler_hz[:, :, 0]
     assert f[0] == pytest.approx([61.1612, 64.9325], abs=1e-4)
     assert f[30] == pytest.approx([-64.9325, -61.1612], abs=1e-4)
+
+
+def test_irregular_instants_are_irregular_and_the_same_in_all_trials() -> None:
+    regular, moved, again, other = (
+        simulate(PassParameters(jitter_share=j, timing_seed=t, targets=2), trials, 9)
+        for j, t, trials in ((0.0, 0, (0,)), (0.25, 0, (0,)), (0.25, 0, (7, 8)), (0.25, 1, (0,)))
+    )
+    assert np.diff(regular.time_s[:31]).tolist() == [1.0] * 30
+    steps = np.diff(moved.time_s[:31])
+    assert (steps > 0.49).all()
+    assert steps.std() > 0.1
+    assert moved.time_s.tolist() == again.time_s.tolist() != other.time_s.tolist()
+    # What is measured then is what the target does then.
+    exact = doppler_hz(
+        np.stack([np.full(31, 15_000.0), 200 * (moved.time_s[:31] - 15), np.zeros(31)], axis=1),
+        np.array([0.0, 200.0, 0.0]),
+        np.array([40_000.0, 0.0, 0.0]),
+        np.array([0.0, -150.0, 0.0]),
+        1.0,
+    )
+    assert moved.doppler_hz[:31, 0, 0] == pytest.approx(exact, abs=1.2)
+    legs = {leg.name: leg for leg in legs_of(PassParameters(jitter_share=0.25))}
+    assert {"t=16", "crossing", "end"} <= set(legs)
+    for leg in legs.values():
+        assert ((moved.time_s[:31] >= leg.start_s) & (moved.time_s[:31] <= leg.stop_s)).sum() == 1, leg
+
+
+@pytest.mark.parametrize("name", [LINES, ML, "forward_scatter_angle", "forward_scatter_kalman"])
+def test_irregular_instants_gaps_and_missing_receivers_cost_little(name: str) -> None:
+    recording = simulate(PassParameters(jitter_share=0.25, missing_share=0.2), tuple(range(64)), 9)
+    keep = np.r_[0:10, 13:31]
+    algorithm = algorithms_by_name()[name]
+    found = algorithm.run(recording.take(keep), algorithm.parameters(), LocalContext()).arrays
+    assert found["track"].max() == 1
+    # Twice what regular and complete Dopplers give at most.
+    assert np.sqrt(np.nanmean((found["theta"][-1, 1] - 15_000) ** 2)) < 1100
+    assert np.abs(found["theta"][-1, 0] - 15).max() < 0.15
