@@ -70,6 +70,8 @@ _REASONS = {
     "no_pairs": "No algorithm of this run accepted a pair.",
     "no_second_sweep": "The map needs a run that varies two numbers.",
     "nothing_observable": "Nowhere on this map can the stations tell a position: add a station or an altitude.",
+    "no_velocity": "No algorithm of this run estimates a velocity.",
+    "no_acceleration": "No algorithm of this run estimates an acceleration.",
     "other_kind": "This chart is for recordings of another kind.",
 }
 

@@ -373,6 +373,8 @@ export default {
   "chart.reason.no_height": "No algorithm of this run keeps tracks with a height, and none is known.",
   "chart.reason.no_curvature": "Altitude and height in the local frame differ by less than a metre here.",
   "chart.reason.no_residuals": "No algorithm of this run gave residuals of receivers.",
+  "chart.reason.no_velocity": "No algorithm of this run estimates a velocity.",
+  "chart.reason.no_acceleration": "No algorithm of this run estimates an acceleration.",
   "chart.reason.no_models": "No algorithm of this run has several motion models.",
   "chart.reason.no_nis": "No algorithm of this run gave an innovation with its covariance.",
   "chart.reason.no_position": "Nothing in this recording has a place in the plane: it needs a site or true positions.",

@@ -31,6 +31,10 @@ export const words = {
   "Widened after": "Расширение позже",
   "So long after the last alarm the noise stays.": "Столько после последней тревоги шум остаётся.",
 
+  "Speed, m/s": "Скорость, м/с",
+  "Absolute acceleration": "Полное ускорение",
+  "Acceleration, m/s²": "Ускорение, м/с²",
+  "The first view follows the truth; a double click shows everything.": "Первый вид выбран по истинным значениям; двойной щелчок покажет всё.",
   "Probabilities of the models": "Вероятности моделей",
   "Vertical error over trials": "Ошибка по высоте по испытаниям",
   "Vertical velocity error over trials": "Ошибка вертикальной скорости по испытаниям",
