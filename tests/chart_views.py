@@ -145,6 +145,7 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
     for name, factor in (("rms", 1.0), ("sd", 0.9), ("mean", -0.4), ("bound_3", 0.5), ("bound_4", 0.7)):
         columns[f"crossing_distance_{name}_m"] = factor * growing
     columns |= {f"crossing_distance_rms_m_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}
+    columns |= {"radial_bias_m": -growing, "probability_correct": growing / (100 * scale)}
     for name in ("up_m", "velocity_up_mps"):
         columns |= {f"rms_{name}": growing, f"bound_{name}": 0.5 * growing}
         columns |= {f"rms_{name}_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}
@@ -192,6 +193,23 @@ def plots(count: int = 4, **more: Any) -> PolarPlots:
         "callsign": np.full(count, -1),
     }
     return PolarPlots(**(fields | more))
+
+
+def two_radars(count: int = 4) -> PolarPlots:
+    """Plots of two radars in turn, all of one target 10 km to the east of the first."""
+    k = np.arange(count)
+    radars = [
+        {"name": name, "east_m": east, "north_m": 0.0, "sigma_range_m": 50.0, "sigma_azimuth_deg": 1.0}
+        for name, east in (("west", 0.0), ("east", 5_000.0))
+    ]
+    return plots(
+        count,
+        radar=k % 2,
+        radars=("west", "east"),
+        range_m=np.where(k % 2, 5_000.0, 10_000.0)[:, None],
+        truth_m=np.tile([10_000.0, 0.0, 0.0], (count, 1)),
+        site=Site.model_validate({"radars": radars}),
+    )
 
 
 def antenna(count: int = 4) -> AntennaPlots:

@@ -214,6 +214,7 @@ ALGORITHM = Algorithm(
     charts=(
         "plan",
         "pairs_plan",
+        "pair_closeup",
         "association_matrix",
         "pair_statistic",
         "trials_decisions",

@@ -39,6 +39,7 @@ OF_SWEEPS = {
     "trials_crossing_sweep": 1,
     "trials_probability": 1,
     "trials_base": 1,
+    "trials_nonlinearity": 1,
     "trials_placement": 2,
 }
 
@@ -288,17 +289,17 @@ def selected(view: RunView, target: str) -> RunView:
 def _run_view(services: Services, run: stored.Run, measurements: Measurements, partial: PartialRun | None) -> RunView:
     entries = (chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms))
     if partial is not None:
-        entries = (_partial_entry(partial, e.label, i, e.name) for i, e in enumerate(run.algorithms))
+        entries = (_partial_entry(partial, e, i) for i, e in enumerate(run.algorithms))
     legs = tuple((name, start, stop) for name, start, stop in run.source.get("legs", ()))
     return RunView(recording=measurements.load(), entries=tuple(entries), legs=legs)
 
 
-def _partial_entry(partial: PartialRun, label: str, index: int, algorithm: str) -> Entry:
+def _partial_entry(partial: PartialRun, declared: stored.Entry, index: int) -> Entry:
     def table(name: str) -> Table:
         found = partial.table(name)
-        return Table({}) if found is None else rows_of_label(found, label)
+        return Table({}) if found is None else rows_of_label(found, declared.label)
 
-    return Entry(label, index, algorithm, table, dict)
+    return Entry(declared.label, index, declared.name, table, dict, declared.parameters)
 
 
 def chart_entry(services: Services, run: stored.Run, declared: stored.Entry, *, index: int, label: str) -> Entry:
@@ -318,6 +319,7 @@ def chart_entry(services: Services, run: stored.Run, declared: stored.Entry, *, 
         algorithm=declared.name,
         table=table,
         arrays=lambda: load_entry_arrays(services.store, run, declared.label),
+        parameters=declared.parameters,
     )
 
 

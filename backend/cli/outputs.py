@@ -74,7 +74,7 @@ class LocalRun:
                 own = self.composed.arrays
                 return {name.removeprefix(prefix): own[name] for name in own if name.startswith(prefix)}
 
-            return ChartEntry(label, index, declared.name, table, arrays)
+            return ChartEntry(label, index, declared.name, table, arrays, declared.parameters)
 
         return RunView(
             recording=self.recording,

@@ -24,7 +24,8 @@ ROLES = {"series", "truth", "station", "measurement", "bound", "interval", "reje
 # Quantities without a unit; everything else says its unit after the last comma.
 UNITLESS = (
     "NIS", "Station", "Gain", "Chi2", "Calibration error", "Plot of", "Algorithm", "Probability",
-    "Mean probability", "Share", "Target", "Normal acceleration", "Squared", "sigma", "scenario",
+    "Mean probability", "Share", "Target", "Normal acceleration", "Squared", "sigma", "scenario", "NEES",
+    "Nonlinearity",
 )  # fmt: skip
 LONG_LABEL = "rdfv " + "x" * 115
 
@@ -46,6 +47,7 @@ RECORDINGS: dict[str, Callable[[], Recording]] = {
     "started": lambda: chart_views.marks(start_utc="2023-04-05T10:00:00Z"),
     "plots": chart_views.plots,
     "no plots": lambda: chart_views.plots(0),
+    "plots of two radars": chart_views.two_radars,
     "antenna plots": chart_views.antenna,
     "Doppler pairs": chart_views.doppler,
     "no Doppler": lambda: chart_views.doppler(0),
@@ -148,7 +150,7 @@ def test_plotly_accepts_the_figure_as_it_is_sent(source: Any, name: str, what: s
 
 @pytest.mark.parametrize(("source", "name"), [(s, n) for s in ("run", "recording") for n in charts(s)])
 def test_a_chart_has_a_table_and_a_page(source: Any, name: str) -> None:
-    own = {("doppler_pairs",): chart_views.doppler, ("polar_plots",): chart_views.plots}
+    own = {("doppler_pairs",): chart_views.doppler, ("polar_plots",): chart_views.two_radars}
     recording = own.get(charts(source)[name].kinds, chart_views.marks)()
     view = RecordingView(recording) if source == "recording" else VIEWS["complete"](recording)
     drawn = charts(source)[name].draw(view, ChartOptions(full=True))
