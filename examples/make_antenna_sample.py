@@ -1,6 +1,6 @@
 """Make the sample of an object before a flat antenna. Run: uv run python examples/make_antenna_sample.py
 
-Ballistic arc, a manoeuvre of 15 g, free flight again; four plots a second, of which some are missing, a few are wild
+Ballistic arc, a manoeuvre of 15 g, free flight again; four plots a second, of which some are missing,
 and five seconds have none at all; the true path beside them. The same seed gives the same bytes.
 """
 
@@ -23,9 +23,7 @@ SEED = 2023
 
 def before_the_antenna() -> AntennaPlots:
     """Simulate the plots; figures are rounded as a radar would give them."""
-    parameters = AeroballisticParameters(
-        rate_hz=4.0, detection_probability=0.97, outlier_share=0.004, gaps=(Gap(start_s=60, stop_s=65),)
-    )
+    parameters = AeroballisticParameters(rate_hz=4.0, detection_probability=0.97, gaps=(Gap(start_s=60, stop_s=65),))
     all_ = simulate(parameters, (0,), SEED)
     seen = np.flatnonzero(np.isfinite(all_.range_m[:, 0]))
     return replace(

@@ -62,7 +62,7 @@ SAMPLES = (
     Sample(
         name="antenna",
         files={"file": "sample_antenna.csv", "site": "sample_antenna_site.json"},
-        algorithms=("multiple_model", "mma2_122", "switched_kalman"),
+        algorithms=("multiple_model", "mma2_122", "switched_kalman", "model_smoother"),
         label="Sample: ballistic arc and a manoeuvre before an antenna",
     ),
     Sample(

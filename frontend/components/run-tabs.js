@@ -3,7 +3,7 @@
 
 import { h, put } from "../js/dom.js";
 import { apiUrl, get, getText } from "../js/api.js";
-import { said, t, told } from "../js/i18n.js";
+import { metricName, said, t, told } from "../js/i18n.js";
 import { formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { swatch } from "../js/palette.js";
 import { recordingsOf, requestOf } from "../js/runs.js";
@@ -84,7 +84,7 @@ function metricGrid(rows, labels) {
         const best = bestOf(name, own.map((row) => (typeof row?.value === "number" ? row.value : null)));
         const counts = [...new Set(own.filter(Boolean).map((row) => row?.n))];
         return h("tr", null,
-          h("th", { scope: "row", title: name }, told(`metric.${name}`, name)),
+          h("th", { scope: "row", title: name }, metricName(name)),
           own.map((row) => h("td", { class: "number" }, row ? metricCell(row, best !== null && row.value === best) : "–")),
           h("td", { class: "number muted" }, counts.map((n) => formatCount(/** @type {number} */ (n))).join(" / ")));
       })))),

@@ -2,7 +2,7 @@
 // What stands below the charts of a Monte Carlo run: metrics with intervals, comparisons, honesty, claims of a study.
 
 import { h, put } from "../js/dom.js";
-import { said, t, told } from "../js/i18n.js";
+import { metricName, said, t, told } from "../js/i18n.js";
 import { formatCount, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { loadTable } from "../js/tables.js";
 import { metricCell } from "./run-tabs.js";
@@ -77,7 +77,7 @@ export function trialMetricsTab(run) {
     draw();
     return h("div", { data: { table: "metrics" } },
       h("div", { class: "row", style: "padding: 8px 12px" },
-        choose("metric", t("metrics.metric"), metrics.map((name) => [name, told(`metric.${name}`, name)])),
+        choose("metric", t("metrics.metric"), metrics.map((name) => [name, metricName(name)])),
         segments.length > 1 ? choose("segment", t("trials.leg"), [["", t("metrics.all")], ["*", t("trials.each_leg")], .../** @type {[string, string][]} */ (segments.filter(Boolean).map((one) => [one, one]))]) : null),
       body);
   });
@@ -89,7 +89,7 @@ export function comparisonsTab(run) {
     if (!rows.length) return emptyState(t("trials.no_comparisons"));
     const swept = sweptOf(run).filter((name) => name.startsWith("scenario."));
     const columns = /** @type {Column<Row>[]} */ ([
-      { title: t("metrics.metric"), cell: (row) => told(`metric.${row.metric}`, String(row.metric)), sort: (row) => String(row.metric) },
+      { title: t("metrics.metric"), cell: (row) => metricName(String(row.metric)), sort: (row) => String(row.metric) },
       { title: t("table.label"), cell: (row) => row.label, sort: (row) => String(row.label) },
       { title: t("trials.against"), cell: (row) => row.against, sort: (row) => String(row.against) },
       ...sweptColumns(swept),

@@ -288,6 +288,6 @@ export const sentences = {
   "Its mean probability on the arc is {1}.": "Её средняя вероятность на дуге {1}.",
   "Its mean probability in the manoeuvre is {1}.": "Её средняя вероятность на манёвре {1}.",
   "Its mean probability after 20 s is {1}.": "Её средняя вероятность после 20 с {1}.",
-  "All together are {1} times worse on the arc; the best one alone is at most {2} times worse on any stage.": "Все вместе на дуге хуже в {1} раза; лучшая одна на любом этапе хуже не более чем в {2} раза.",
-  "With the combined rule MMA2's error is at most {1} times that of MMA3 on any stage.": "С комбинированным правилом ошибка ММА2 на любом этапе не больше ошибки ММА3 в {1} раза.",
+  "On the arc the error of all together is {1} times its own; that of the best one alone is at most {2} times its own on any stage.": "На дуге ошибка всех вместе составляет {1} от его собственной; лучшей одной – не более {2} от его собственной на любом этапе.",
+  "With the combined rule MMA2's error is {1} to {2} times that of MMA3 over the stages.": "С комбинированным правилом ошибка ММА2 на этапах составляет от {1} до {2} ошибки ММА3.",
 };

@@ -17,7 +17,7 @@ from tests.browser.russian import english_left
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
-LABELS = ("multiple_model", "mma2_122", "switched_kalman")
+LABELS = ("multiple_model", "mma2_122", "switched_kalman", "model_smoother")
 
 
 def ask(server: Server, path: str, body: Any = None) -> Any:
@@ -40,7 +40,7 @@ def test_the_sample_shows_models_and_the_manoeuvre(visit: Callable[..., Visit], 
     names = {t["name"] for t in models.traces(role="series")}
     assert names == {
         *(f"multiple_model, {m}" for m in ("cv_0.5", "gd_1", "ca_0.05", "ca_30")),
-        *(f"mma2_122, {m}" for m in ("cv_0.05", "ca_0.05", "ca_30")),
+        *(f"{label}, {m}" for label in ("mma2_122", "model_smoother") for m in ("cv_0.05", "ca_0.05", "ca_30")),
     }
     for title in ("Speed", "Absolute acceleration"):
         chart = drawn(page, title)
