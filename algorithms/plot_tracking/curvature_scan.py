@@ -180,7 +180,7 @@ def _offer_follow(tracks: TrackTable, which: Ints, scan: Scan, free: Ints, rules
 def _gate_factor(tracks: TrackTable, which: Ints, now_s: float, rules: Rules) -> tuple[Ints, Floats]:
     """Q that counts for the gate, and m."""
     q = tracks.q[which]
-    periods = np.maximum(np.round((now_s - tracks.last_s[which]) / rules.period_s), 1.0)
+    periods = np.maximum(np.round((now_s - tracks.seen_s[which]) / rules.period_s), 1.0)
     missed = _missed(tracks, which, now_s, rules)
     if rules.reset_on_miss:
         q = np.where(missed, gates.LEAST_Q, q)
@@ -193,7 +193,7 @@ def _gate_factor(tracks: TrackTable, which: Ints, now_s: float, rules: Rules) ->
 
 def _missed(tracks: TrackTable, which: Ints, now_s: float, rules: Rules) -> NDArray[np.bool_]:
     """Whether a track has no plot in the scan before this one."""
-    out: NDArray[np.bool_] = now_s - tracks.last_s[which] > MISSED_AFTER * rules.period_s
+    out: NDArray[np.bool_] = now_s - tracks.seen_s[which] > MISSED_AFTER * rules.period_s
     return out
 
 

@@ -128,7 +128,7 @@ def _scan(feed: Feed, scan: Scan, tracks: TrackTable, rules: Rules, numbers: Int
 
 def _lost_in_silence(tracks: TrackTable, time_s: float, rules: Rules) -> tuple[TrackTable, Ending]:
     """Tracks whose scans were missed by the radar itself: no plot came from anywhere."""
-    missed = life_cycle.periods_missed(time_s, tracks.last_s, rules.period_s) - 1
+    missed = life_cycle.periods_missed(time_s, tracks.seen_s, rules.period_s) - 1
     limit = np.where(tracks.confirmed, MISS_LIMITS[3], np.array(MISS_LIMITS)[np.minimum(tracks.plots, 3) - 1])
     dies = (missed >= limit) & (missed > tracks.misses)
     ending = Ending(tracks.lane[dies], tracks.number[dies], tracks.last_s[dies], tracks.confirmed[dies], missed[dies])

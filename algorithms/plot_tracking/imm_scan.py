@@ -34,6 +34,8 @@ MISS_LIMITS = (1, 2, 3)
 AGREEMENT = 30.0
 # Altitudes contradict each other beyond their errors and what is climbed at the fastest.
 ALTITUDE_SPREAD_M, CLIMB_MPS = 150.0, 60.0
+# Within that they speak for the nearer one: errors of a coded altitude, usual climbs, and where altitudes lie.
+CODED_SD_M, CLIMB_SD_MPS, ALTITUDES_M = 30.0, 15.0, 12_000.0
 # A plot with more than this probability to be a track's is no start of another.
 TAKEN_BETA = 0.05
 # Two tracks nearer than this share of a plot's error, in place and in what they move in a period, are the same.
@@ -178,7 +180,8 @@ def advance(
     _second_plots(tracks, np.flatnonzero(stages == 1), scan, z, r, identity, rules, taken, hit)
     took = np.flatnonzero(hit)
     tracks.plots[took] += 1
-    tracks.misses[:] = periods_missed(scan.time_s, tracks.last_s, rules.period_s)
+    tracks.seen_s[took] = scan.time_s
+    tracks.misses[:] = periods_missed(scan.time_s, tracks.seen_s, rules.period_s)
     tracks.misses[took] = 0
     _remember(tracks, scan, identity, taken)
     tracks.confirmed |= tracks.plots >= rules.confirm_plots
@@ -242,7 +245,7 @@ def _offer(
     here = np.einsum("tm,tmi->ti", ahead.mu, ahead.x)
     own = plot_covariances(here[:, 0], here[:, 2], rules)
     s = ahead.p[..., POSITION][..., POSITION, :] + own[:, None]
-    missed = scan.time_s - tracks.last_s[which] > 1.5 * rules.period_s
+    missed = scan.time_s - tracks.seen_s[which] > 1.5 * rules.period_s
     wide = rules.gate * np.where(missed, rules.coasting_gate, 1.0)
     half = wide[:, None] * np.sqrt(s[..., 0, 0])
     sweep = np.abs(here[:, 1]) * float(np.ptp(scan.t) if scan.t.size else 0.0)
@@ -282,9 +285,14 @@ def _identity(
         allowed &= ~both | (a == b)
         agreement = np.where(both & (a == b), AGREEMENT, agreement)
     since = np.abs(scan.time_s - tracks.altitude_s[track])
-    with np.errstate(invalid="ignore"):
-        apart = np.abs(tracks.altitude_m[track] - identity.altitude_m[plot]) > ALTITUDE_SPREAD_M + CLIMB_MPS * since
-    return allowed & ~apart, agreement
+    apart = tracks.altitude_m[track] - identity.altitude_m[plot]
+    known = np.isfinite(apart + since)
+    apart, since = np.where(known, apart, 0.0), np.where(known, since, 0.0)
+    spread = np.hypot(CODED_SD_M, CLIMB_SD_MPS * since)
+    # Twice the logarithm of its likelihood, over that of an altitude that could be any.
+    likely = 2.0 * np.log(ALTITUDES_M / (np.sqrt(2 * np.pi) * spread)) - (apart / spread) ** 2
+    allowed &= np.abs(apart) <= ALTITUDE_SPREAD_M + CLIMB_MPS * since
+    return allowed, agreement + np.where(known, likely, 0.0)
 
 
 def _scores(tracks: ImmTracks, offer: Offer, rules: Rules, clutter: Clutter) -> Floats:

@@ -145,7 +145,7 @@ def _scan(
     history: History,
 ) -> tuple[ImmTracks, int]:  # fmt: skip
     """Advance by a scan and write down what happened."""
-    silent = life_cycle.periods_missed(scan.time_s, tracks.last_s, rules.period_s) - 1
+    silent = life_cycle.periods_missed(scan.time_s, tracks.seen_s, rules.period_s) - 1
     gone = silent >= limits_of(tracks, rules)
     _end(tracks, gone & (silent > tracks.misses), scan.time_s, life_cycle.SENSOR_SILENT, history)
     _end(tracks, gone & (silent <= tracks.misses), scan.time_s, life_cycle.TOO_MANY_MISSES, history)

@@ -28,6 +28,7 @@ class ImmTracks:
     number : within the trial, from 1; 0 until the third plot
     plots : that it took in all
     last_s : instant of the newest one
+    seen_s : instant of its scan: a turn of the antenna lasts a period, so misses are counted from scan to scan
     epoch_s : for which the bank holds: that, or later where plots took part that were probably not its own
     misses : periods gone by without one
     confirmed : for good
@@ -41,6 +42,7 @@ class ImmTracks:
     number: Ints
     plots: Ints
     last_s: Floats
+    seen_s: Floats
     epoch_s: Floats
     misses: Ints
     confirmed: NDArray[np.bool_]
@@ -88,6 +90,7 @@ class ImmTracks:
             number=zero.copy(),
             plots=zero + 1,
             last_s=scan.t[which].astype(float),
+            seen_s=np.full(count, scan.time_s),
             epoch_s=scan.t[which].astype(float),
             misses=zero.copy(),
             confirmed=zero > 0,

@@ -169,8 +169,9 @@ def _own_frame(
     flat = np.isfinite(recording.east_m) & np.isfinite(recording.north_m) & ~np.isfinite(range_m)
     range_m = np.where(flat, np.hypot(recording.east_m, recording.north_m), range_m)
     azimuth = np.where(flat, np.arctan2(recording.east_m, recording.north_m), azimuth)
-    if radar is not None and radar.range_kind == "slant":
-        up = (radar.height_m if radar.is_geodetic else radar.up_m) or 0.0
+    if radar is None or radar.range_kind != "ground":
+        # A range is along the line of sight unless the site says otherwise.
+        up = 0.0 if radar is None else (radar.height_m if radar.is_geodetic else radar.up_m) or 0.0
         with np.errstate(invalid="ignore"):
             ground, _ = ground_from_slant(range_m, recording.altitude_m, up)
         known = ~flat & np.isfinite(recording.altitude_m)
@@ -178,11 +179,11 @@ def _own_frame(
         if below:
             notes.append(Note("range_below_altitude", "Plots not used: the range is less than the altitude.", below))
         unknown = int((~known & ~flat & np.isfinite(range_m))[rows].any(axis=1).sum())
-        if unknown:
+        if unknown and radar is not None and radar.range_kind == "slant":
             notes.append(
                 Note("height_unknown", "Slant ranges without an altitude are taken for ground ranges.", unknown)
             )
-        # An azimuth alone is no plot: the row counts as one without a number.
+        # What has no ground range is then an azimuth without a range, which is counted as no number.
         range_m = np.where(known, ground, range_m)
     origin, turned = np.zeros(2), np.eye(2)
     moving = np.isfinite(recording.radar_east_m) & np.isfinite(recording.radar_north_m)
