@@ -53,7 +53,8 @@ def fit_curve(window: Window, limits: Limits, *, penalised: bool = False) -> Fit
     """Curve with constant acceleration and curvature (ML6), or the same with a penalty on both (MAP6).
 
     From two starts, a weighted quadratic and the curve through the first, the middle and the newest plot; the lower
-    minimum wins. Many plots with residuals as large as their errors have no second minimum, and need no second start. The penalty is (a / sd_a)^2 + (K Vp^2 / sd_n)^2, Vp the speed of the straight line, at least 30 m/s.
+    minimum wins. Many plots with residuals as large as their errors have no second minimum, and need no second start.
+    The penalty is (a / sd_a)^2 + (K Vp^2 / sd_n)^2, Vp the speed of the straight line, at least 30 m/s.
     A window needs four plots.
     """
     prior = np.zeros((2, window.rho.shape[1]))
