@@ -101,8 +101,22 @@ def receivers(suspect: tuple[float, float, float, float] = (0.0, 1.0, np.nan, 0.
 
 def entry(label: str, index: int, tables: Mapping[str, Table], recording: Recording | None = None) -> Entry:
     held = arrays(recording) if isinstance(recording, ToaMarks) else {}
-    held |= pair_values()
+    held |= pair_values() | path_values()
     return Entry(label, index, "rdf", lambda name: tables.get(name, Table({})), lambda: held)
+
+
+def path_values() -> dict[str, Any]:
+    """Places of six trials at five instants of two cells, along and across a base line; the true path is straight."""
+    across = np.broadcast_to(np.linspace(-3000.0, 3000.0, 5)[:, None], (2, 5, 6))
+    along = np.full((2, 5, 6), 15_000.0)
+    wild = np.linspace(-1.0, 1.0, 6) * np.array([5000.0, 1000.0, 500.0, 400.0, 300.0])[:, None]
+    estimated = np.where(np.arange(5)[:, None] == 0, np.nan, along + wild)
+    return {
+        "trials/place_along_m": estimated,
+        "trials/place_across_m": np.where(np.isnan(estimated), np.nan, across),
+        "trials/true_place_along_m": along,
+        "trials/true_place_across_m": across,
+    }
 
 
 def run(recording: Recording, *tables: Mapping[str, Table], labels: tuple[str, ...] = ("a", "b", "c")) -> RunView:
@@ -146,6 +160,9 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
         columns[f"crossing_distance_{name}_m"] = factor * growing
     columns |= {f"crossing_distance_rms_m_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}
     columns |= {"radial_bias_m": -growing, "probability_correct": growing / (100 * scale)}
+    for name, factor in (("p16", -1.2), ("median", -0.1), ("p84", 0.9)):
+        columns[f"{name}_crossing_distance_error_m"] = factor * growing
+    columns["answered_share"] = np.array([0.0, 0.5, 0.9, 1.0, 1.0] * 2)
     for name in ("up_m", "velocity_up_mps"):
         columns |= {f"rms_{name}": growing, f"bound_{name}": 0.5 * growing}
         columns |= {f"rms_{name}_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}

@@ -63,6 +63,7 @@ _REASONS = {
     "no_angular_velocity": "No algorithm of this run works with an angular velocity.",
     "no_sensitivities": "No pass has an answer for which calibration errors could be computed.",
     "no_base_bounds": "No pass has an answer from which the bound along the base line could be computed.",
+    "no_single_trials": "The run keeps no paths of single trials, or none is finished yet.",
     "no_decisions": "No algorithm of this run decides which plots belong together.",
     "too_many_bars": "This run has more combinations of swept values than bars can show.",
     "no_single_values": "This run keeps no single values of pairs, or none is finished yet.",

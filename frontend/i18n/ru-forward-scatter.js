@@ -220,6 +220,12 @@ export const words = {
   "Bound along the base line": "Граница вдоль базы",
   "Error of the crossing distance over trials": "Ошибка дальности пересечения по реализациям",
   "Crossing distance against the swept value": "Дальность пересечения и перебираемое значение",
+  "Middle of the errors over trials": "Середина ошибок по реализациям",
+  "Paths of single trials": "Траектории отдельных реализаций",
+  "Share without an answer": "Доля без ответа",
+  "true path": "истинная траектория",
+  "middle 68 %": "средние 68 %",
+  "The run keeps no paths of single trials, or none is finished yet.": "Запуск не хранит траекторий отдельных реализаций, или ни одна ещё не готова.",
   "Along the base line, km": "Вдоль базы, км",
   "Across the base line, km": "Поперёк базы, км",
   "Residual, Hz": "Невязка, Гц",
@@ -351,6 +357,8 @@ export const codes = {
   "chart.base_bound": "Граница вдоль базы",
   "chart.trials_crossing": "Ошибка дальности пересечения по реализациям",
   "chart.trials_crossing_sweep": "Дальность пересечения и перебираемое значение",
+  "chart.trials_range": "Середина ошибок по реализациям",
+  "chart.trials_paths": "Траектории отдельных реализаций",
 };
 
 /** @type {Record<string, string>} */

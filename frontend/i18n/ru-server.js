@@ -509,6 +509,8 @@ export const patterns = [
   [/^Station (.+?) disagrees with the others: as if it stood (.+?) m away \(east (.+?) m, north (.+?) m\)\.$/, "Пункт $1 не согласуется с остальными: как если бы он стоял в $2 м (восток $3 м, север $4 м)."],
   [/^Cannot be judged: (.+?) stations? of (\d+); the table of receivers says why\.$/, "О пунктах судить нельзя: $1 из $2; почему – в таблице пунктов приёма."],
   [/^(.+?) residuals, middle 90 % (.+?) to (.+?) m$/, "остатков $1, средние 90 % от $2 до $3 м"],
+  [/^Over (.+?) trials?: lines are medians, bands hold the middle 68 %; trials without an answer are not among them\.$/, "По реализациям: $1; линии – медианы, полосы содержат средние 68 %; реализации без ответа в них не входят."],
+  [/^The first (.+?) trials? of each; the scale across the base line is larger than along it\.$/, "Первые реализации каждого способа: $1; масштаб поперёк базы крупнее, чем вдоль."],
   [/^Over (.+?) trials?, from 6 s after the first instant: before, mean and spread of a ratio do not exist\. The table of metrics has medians and the share of answers\.$/, "По реализациям: $1, с 6 с после первого момента: раньше среднее и разброс отношения не существуют. Медианы и доля ответов – в таблице показателей."],
   [/^Shares in bins of (.+?) s\.$/, "Доли по отрезкам в $1 с."],
   [/^Lines and large symbols: root mean squares of (.+?) s; small points: single marks\.$/, "Линии и крупные знаки: СКО за $1 с; мелкие точки: отдельные отметки."],

