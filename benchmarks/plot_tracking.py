@@ -154,10 +154,10 @@ def main() -> None:
     real = states[:, [0, 2]] + PERIOD_S * states[:, [1, 3]] + 200 * rng.standard_normal((options.peer, 2))
     plots = np.concatenate([real, rng.uniform(-RADIUS_M, RADIUS_M, (options.peer, 2))])
     density = options.peer / (4 * RADIUS_M**2)
-    for joint in (False, True):
-        name = "joint" if joint else "nearest"
-        print(f"Stone Soup {name}, {options.peer} aircraft: {stone_soup(states, plots, density, joint):.0f} ms a scan")
-    for aircraft in (4, 5, 6):
+    # Its joint association lists all joint hypotheses: with 50 aircraft it does not end within minutes.
+    took = stone_soup(states, plots, density, False)
+    print(f"Stone Soup nearest, {options.peer} aircraft, association alone: {took:.0f} ms a scan", flush=True)
+    for aircraft in (3, 4, 5, 6):
         truth, measured = cluster(aircraft, rng)
         mine = min(our_cluster(truth, measured) for _ in range(3))
         theirs = stone_soup(truth, measured, 1e-12, True)
