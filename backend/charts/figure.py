@@ -40,7 +40,7 @@ SUMMARY_POINTS = 500
 HOVER_WORDS = 5000
 DECADES_WITH_DIGITS = 3.5
 
-_REASONS = {
+REASONS = {
     "no_altitude": "No altitude was decoded, estimated or known.",
     "no_marks": "The recording holds no marks.",
     "no_states": "No algorithm of this run gave an estimate.",
@@ -237,7 +237,7 @@ def figure(
 
 def not_applicable(title: str, code: str) -> Figure:
     """A figure without traces that says why there is nothing to see."""
-    detail = _REASONS[code]
+    detail = REASONS[code]
     about = {"notes": [], "not_applicable": code, "detail": detail}
     words = {"text": detail, "showarrow": False, "xref": "paper", "yref": "paper", "x": 0.5, "y": 0.5}
     heading = {"text": title, "x": 0, "xref": "paper", "xanchor": "left", "font": {"size": 15}}

@@ -99,6 +99,8 @@ class RunView:
     others: tuple[Recording, ...] = ()
     legs: tuple[tuple[str, float, float], ...] = ()
     """Named intervals of a scenario: name, start and stop in seconds."""
+    scenario: str = ""
+    """Name of the preset that trials were simulated from."""
 
     @property
     def recordings(self) -> tuple[Recording, ...]:

@@ -58,6 +58,8 @@ export class ChartPanel extends HTMLElement {
   foot = [];
   /** Counts the requests; only the last one is drawn. */
   asked = 0;
+  /** What the reader zoomed into, by axis. @type {Record<string, [number, number]>} */
+  zoom = {};
 
   connectedCallback() {
     this.stop = new AbortController();
@@ -155,10 +157,14 @@ export class ChartPanel extends HTMLElement {
     const narrow = body.clientWidth < NARROW_PX;
     const dressed = this.dress(figure, narrow);
     dressed.layout.dragmode = this.panning ? "pan" : "zoom";
+    for (const [axis, range] of Object.entries(this.zoom)) dressed.layout[axis] = { ...dressed.layout[axis], range: [...range], autorange: false };
     this.narrow = narrow;
     const fresh = !plot._fullLayout;
     await plotly.react(plot, dressed.data, dressed.layout, CONFIG);
-    if (fresh) dots.follow();
+    if (fresh) {
+      dots.follow();
+      plot.on?.("plotly_relayout", (change) => this.noteZoom(change));
+    }
     cursor.takeOver(fresh);
     plot.setAttribute("aria-label", this.summary());
     this.dataset.drawn = "yes";
@@ -174,6 +180,17 @@ export class ChartPanel extends HTMLElement {
    */
   dress(figure, narrow, dots = true) {
     return dressFigure(figure, { colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily, dots });
+  }
+
+  /** Remember the ranges that the reader chose, or forget them when all is shown again. @param {Record<string, any>} change */
+  noteZoom(change) {
+    for (const name of Object.keys(change)) {
+      const axis = /^([xy]axis\d*)\.(range|autorange)/.exec(name);
+      if (!axis?.[1]) continue;
+      const range = this.plot?._fullLayout?.[axis[1]]?.range;
+      if (axis[2] === "range" && range) this.zoom[axis[1]] = [range[0], range[1]];
+      else delete this.zoom[axis[1]];
+    }
   }
 
   /** What a reader who cannot see the chart is told. */
@@ -246,7 +263,7 @@ export class ChartPanel extends HTMLElement {
       if (layout[name].range) update[`${name}.range`] = [...layout[name].range];
       else update[`${name}.autorange`] = true;
     }
-    this.plotly.relayout(this.plot, update);
+    this.plotly.relayout(this.plot, update).then(() => { this.zoom = {}; });
   }
 
   togglePanning() {

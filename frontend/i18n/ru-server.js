@@ -15,6 +15,7 @@ import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
 import tracks from "./ru-tracks.js";
 import * as studies from "./ru-studies.js";
+import * as trials from "./ru-trials.js";
 
 /** @type {Record<string, string>} */
 export const codes = {
@@ -285,6 +286,7 @@ export const words = {
   ...plotTracking.words,
   ...studies.words,
   ...long.words,
+  ...trials.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
   "m": "м",
   "km": "км",
@@ -419,7 +421,7 @@ export const words = {
   "Horizontal error, m": "Плановая ошибка, м",
   "Horizontal error (rms), m": "Плановая ошибка (СКО), м",
   "Trials without an estimate, %": "Реализации без оценки, %",
-  "NIS and NEES per degree of freedom": "NIS и NEES на степень свободы",
+  "NIS and NEES per dof": "NIS и NEES на ст. св.",
   "Gain": "Выигрыш",
   "95 % interval": "95 % интервал",
   "95 % band of NEES, low": "95 % полоса NEES, низ",
@@ -471,7 +473,7 @@ export const words = {
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
 export const sentences = {
-  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences,
+  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...trials.sentences,
   ...identification.sentences, ...identificationStudies.sentences, ...forwardScatter.sentences, ...multipleModel.sentences, ...plotTracking.sentences,
 };
 
@@ -480,6 +482,7 @@ export const sentences = {
 export const patterns = [
   [/^The first (.+?) of (.+?) rows? are drawn\.$/, "Показаны первые строки: $1 из $2."],
   [/^Of (.+?) plots? in tracking gates\.$/, "Отметок в стробах сопровождения: $1."],
+  ...trials.patterns,
   [/^Emitter at (.+) m; one mark, received by (.+)\.$/, "Излучатель на высоте $1 м; одна отметка, приняли $2."],
   [/^Not observable, left blank: (.+) % of the map\.$/, "Не наблюдаемо и оставлено пустым: $1 % карты."],
   [/^the same two stations all the time: no place along their hyperbola; predicted error (.+) km$/, "всё время одни и те же два пункта: место на их гиперболе неизвестно; ожидаемая ошибка $1 км"],

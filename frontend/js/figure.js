@@ -46,7 +46,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
     if (!/^[xy]axis\d*$/.test(name)) continue;
     layout[name] = {
       ...layout[name],
-      title: { ...layout[name].title, text: said(axisTitle(layout[name])), font: { size: narrow ? 11 : 12 } },
+      title: { ...layout[name].title, text: titleInWords(axisTitle(layout[name])), font: { size: narrow ? 11 : 12 } },
       color: colours.text,
       gridcolor: colours.grid,
       zerolinecolor: colours.line,
@@ -120,7 +120,7 @@ function dressTrace(trace, { colours, dark, hidden }) {
 function traceName(trace) {
   const label = trace.meta?.label;
   if (!label) return said(trace.name);
-  if (!trace.name.startsWith(`${label}, `)) return trace.name;
+  if (!trace.name.startsWith(`${label}, `)) return trace.name === label ? label : said(trace.name);
   // Between the label and the words may stand swept values.
   const at = trace.name.lastIndexOf(", ");
   const whole = said(trace.name.slice(label.length + 2));
@@ -149,6 +149,13 @@ export function withAlpha(colour, alpha) {
 export function axisTitle(axis) {
   const title = typeof axis?.title === "string" ? axis.title : (axis?.title?.text ?? "");
   return String(title).replace(/<[^>]*>/g, "");
+}
+
+/** An axis title in the page's language: known as a whole, or as the name of a parameter with its unit. @param {string} title */
+function titleInWords(title) {
+  const { quantity, unit } = splitTitle(title);
+  const whole = said(title);
+  return whole !== title || !unit ? whole : `${said(quantity)}, ${said(unit)}`;
 }
 
 /**
