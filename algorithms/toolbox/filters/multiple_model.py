@@ -303,9 +303,18 @@ def conclude(bank, track, work, go):
             _blend(work.s[m], track.s[m], go)
             for lane in range(LANES):
                 work.joint[m, lane] = work.log[m, lane]
+    # Counted from the largest: beside logarithms of -1e12 the sum of all would keep four digits only.
+    for lane in range(LANES):
+        work.evidence[lane] = work.joint[0, lane]
+    for m in range(1, n):
+        for lane in range(LANES):
+            work.evidence[lane] = max(work.evidence[lane], work.joint[m, lane])
+    for m in range(n):
+        for lane in range(LANES):
+            work.joint[m, lane] -= work.evidence[lane]
     log_sum(work.joint, work.total, work.spare)
     for lane in range(LANES):
-        work.evidence[lane] = work.total[lane]
+        work.evidence[lane] += work.total[lane]
     for m in range(n):
         for lane in range(LANES):
             value = max(work.joint[m, lane] - work.total[lane], LN_ZERO)

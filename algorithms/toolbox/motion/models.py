@@ -40,6 +40,8 @@ CV, CA, CT, GV, GD = range(5)
 GRAVITY_MPS2 = 9.80665
 SEA_LEVEL_DENSITY = 1.225
 SCALE_HEIGHT_M = 7_200.0
+LOWEST_M = -10_000.0
+"""Air gets no denser below: an estimate that went astray would meet an infinite density."""
 BALLISTIC_COEFFICIENT = 10_000.0
 """kg/m2, of the model with drag"""
 
@@ -56,7 +58,7 @@ def known_acceleration(kind, x, out):
     if kind == GD:
         for lane in range(LANES):
             vx, vy, vz = x[1, lane], x[4, lane], x[7, lane]
-            density = SEA_LEVEL_DENSITY * np.exp(-x[6, lane] / SCALE_HEIGHT_M)
+            density = SEA_LEVEL_DENSITY * np.exp(-max(x[6, lane], LOWEST_M) / SCALE_HEIGHT_M)
             drag = density * np.sqrt(vx * vx + vy * vy + vz * vz) / (2.0 * BALLISTIC_COEFFICIENT)
             out[13, lane] -= drag * vx
             out[14, lane] -= drag * vy
