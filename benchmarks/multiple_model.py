@@ -126,7 +126,7 @@ def filterpy_imm(chosen: ModelSet, y: np.ndarray, r: np.ndarray, dt: float) -> C
 def stone_soup(chosen: ModelSet, y: np.ndarray, r: np.ndarray, dt: float) -> Callable[[], object]:
     """Stone Soup's three Kalman filters side by side, each alone."""
     from stonesoup.models.measurement.linear import LinearGaussian
-    from stonesoup.models.transition.linear import LinearTimeInvariant
+    from stonesoup.models.transition.linear import LinearGaussianTimeInvariantTransitionModel
     from stonesoup.predictor.kalman import KalmanPredictor
     from stonesoup.types.detection import Detection
     from stonesoup.types.hypothesis import SingleHypothesis
@@ -139,7 +139,9 @@ def stone_soup(chosen: ModelSet, y: np.ndarray, r: np.ndarray, dt: float) -> Cal
         last = None
         for kind, sigma in chosen.models:
             f, q = matrices(kind, sigma, dt)
-            predictor = KalmanPredictor(LinearTimeInvariant(transition_matrix=f, covariance_matrix=q))
+            predictor = KalmanPredictor(
+                LinearGaussianTimeInvariantTransitionModel(transition_matrix=f, covariance_matrix=q)
+            )
             updater = KalmanUpdater(None)
             p = np.kron(np.eye(3), np.diag([0.0, 1e6, 900.0 * (kind == "ca")]))
             p[::3, ::3] = r[0]
