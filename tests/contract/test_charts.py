@@ -133,7 +133,7 @@ def test_a_chart_holds_the_contract(chart: Chart, make: Callable[[], Any], optio
     for name, axis in layout.items():
         if re.fullmatch(r"[xy]axis\d*", name):
             title = axis["title"]["text"]
-            assert title.startswith(UNITLESS) or re.search(r", (s|m|km|%|deg|deg/s|m/s|Hz|Hz/s|µs)$", title), title
+            assert title.startswith(UNITLESS) or re.search(r", (s|m|km|%|deg|deg/s|m/s|m/s²|Hz|Hz/s|µs)$", title), title
 
 
 @pytest.mark.parametrize(("source", "name"), [(s, n) for s in ("run", "recording") for n in charts(s)])
