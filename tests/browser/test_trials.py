@@ -178,22 +178,22 @@ def test_numbers_grow_while_trials_run(visit: Callable[..., Visit], server: Serv
     page.evaluate("""() => { window.redraws = []; document.addEventListener("drawn", (event) => {
       if (event.target.source.endsWith("/trials_error")) window.redraws.push(performance.now()) }, true) }""")
     at_first = counted(page)
-    page.get_by_label("Metric", exact=True).select_option("nis")
-    page.get_by_label("Leg", exact=True).select_option("inbound")
+    page.locator("[data-table=metrics] select").first.select_option("nis")
+    page.locator("[data-table=metrics] select").nth(1).select_option("inbound")
     table = page.get_by_role("tabpanel").locator("tbody tr").first
     expect(table).to_contain_text("inbound")
     marks = table.locator("td").last
     few = marks.inner_text()
-    page.get_by_label("Leg", exact=True).focus()
+    page.locator("[data-table=metrics] select").nth(1).focus()
 
     kept = zoomed(page, ERROR_CHART)
-    page.get_by_label("Leg", exact=True).focus()
+    page.locator("[data-table=metrics] select").nth(1).focus()
     page.wait_for_function("() => window.redraws.length >= 5")
     assert drawn(page, ERROR_CHART)["x_range"] == pytest.approx(kept)
     assert counted(page) > at_first
     expect(marks).not_to_have_text(few)
     expect(table).to_contain_text("inbound")
-    assert page.get_by_label("Metric", exact=True).input_value() == "nis"
+    assert page.locator("[data-table=metrics] select").first.input_value() == "nis"
     assert page.evaluate("document.activeElement.value") == "inbound", "the focus stays where it was"
     # The first is fetched when it comes into view, which nobody can plan.
     asked = page.evaluate(ASKED, "trials_error")[1:]
