@@ -57,8 +57,8 @@ class Prepared:
     settings: dict[str, Setting] = field(default_factory=dict)
     notes: list[Note] = field(default_factory=list)
 
-    def marks(self, recording: Plots, rows: Ints, part: slice, group: Ints, boost: Floats | None = None) -> Marks:
-        """Rows of one target and a block of lanes; `boost` (M, L) of the whole recording, see `Marks`."""
+    def marks(self, recording: Plots, rows: Ints, part: slice, group: Ints) -> Marks:
+        """Rows of one target and a block of lanes."""
 
         def cut(array: NDArray[np.generic]) -> NDArray[np.generic]:
             chosen = array if rows.size == len(array) else array[rows]
@@ -76,7 +76,6 @@ class Prepared:
             y=cut(self.y),  # type: ignore[arg-type]
             valid=cut(self.valid),  # type: ignore[arg-type]
             dof=self.dof[rows],
-            boost=np.empty((0, 0)) if boost is None else cut(boost),  # type: ignore[arg-type]
         )
 
 
