@@ -96,4 +96,4 @@ def test_it_stands_in_russian_at_night_and_on_a_phone(visit: Callable[..., Visit
     assert not english_left(page, names)
     assert not Axe().run(page, context=WITHOUT_PLOTS).response["violations"]
     page.set_viewport_size({"width": 360, "height": 780})
-    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    page.wait_for_function("() => document.documentElement.scrollWidth <= 360")

@@ -118,4 +118,4 @@ def test_it_stands_in_russian_at_night_and_on_a_phone(visit: Callable[..., Visit
     results = Axe().run(page, options={"runOnly": ["wcag2a", "wcag2aa"]})
     assert not results.response["violations"], results.generate_report()
     page.set_viewport_size({"width": 390, "height": 844})
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    page.wait_for_function("() => document.documentElement.scrollWidth <= 390")
