@@ -43,8 +43,3 @@ def true_crossings(recording: DopplerPairs, frame: ScatterFrame) -> Floats:
             out[flight, 0] = recording.time_s[nearest] - back
             out[flight, 1] = place[nearest, 0] - vx * back
     return out
-
-
-def true_plane(recording: DopplerPairs, frame: ScatterFrame) -> Floats:
-    """(M, 2) m: true x and y in the frame of the base line."""
-    return frame.from_enu(recording.truth_m)[:, :2]

@@ -20,9 +20,8 @@ from algorithms.multilateration import lanes
 from algorithms.multilateration.conditions import conditions_of, given_or_default, toa_of
 from algorithms.multilateration.fixes import solve_recording
 from algorithms.multilateration.measures import measure
-from algorithms.multilateration.outputs import OUTPUTS
+from algorithms.multilateration.outputs import OUTPUTS, position_part
 from algorithms.multilateration.parameters import AltitudeParameters
-from algorithms.multilateration.smoothing import model_over
 from algorithms.multilateration.tables import tabulate
 from algorithms.recording import ToaMarks
 from algorithms.result import Result
@@ -30,7 +29,7 @@ from algorithms.scores import Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 from algorithms.toolbox.kernels.symmetric import pack, unpack
 from algorithms.toolbox.metrics.position_scores import score_positions
-from algorithms.toolbox.motion.jerk import PROCESS_NOISE
+from algorithms.toolbox.motion.jerk import PROCESS_NOISE, jerk_matrices
 
 Floats = NDArray[np.float64]
 
@@ -113,7 +112,7 @@ def score(recording: ToaMarks, parameters: FixFilterParameters, context: RunCont
         truth_m=recording.truth_m,
         truth_velocity_mps=recording.truth_velocity_mps,
         state=arrays["state"],
-        covariance=np.ascontiguousarray(arrays["covariance"][:, [0, 6, 9, 21, 24, 27]]),
+        covariance=position_part(arrays["covariance"]),
         nis=arrays["nis"],
         dof=arrays["dof"],
     )
@@ -143,7 +142,7 @@ def _filter(
         tracks.time[over] = np.nan
         going = np.flatnonzero(np.isfinite(tracks.time))
         if going.size:
-            f, q = model_over(np.maximum(now[going] - tracks.time[going], 0.0), parameters.sigma_jerk_mps3, form)
+            f, q = jerk_matrices(np.maximum(now[going] - tracks.time[going], 0.0), parameters.sigma_jerk_mps3, form)
             tracks.x[going] = np.einsum("lij,lj->li", f, tracks.x[going])
             tracks.p[going] = f @ tracks.p[going] @ np.swapaxes(f, 1, 2) + q
             tracks.time[going] = np.maximum(now[going], tracks.time[going])

@@ -51,5 +51,9 @@ _IN_STATE = [0, 6, 9, 21, 24, 27]
 
 def position_covariance(result: Result) -> NDArray[np.float64]:
     """(mark, 6, trial) m2: lower triangle east; north-east, north; up-east, up-north, up."""
-    covariance: NDArray[np.float64] = result.arrays["covariance"]
+    return position_part(result.arrays["covariance"])
+
+
+def position_part(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(M, 45 or 6, L) packed covariances of states or positions -> (M, 6, L) those of the positions."""
     return covariance if covariance.shape[1] == len(_IN_STATE) else covariance[:, _IN_STATE]

@@ -19,7 +19,7 @@ from algorithms.multilateration.parameters import FilterParameters
 from algorithms.recording import ToaMarks
 from algorithms.toolbox.filters.smoothing import smooth
 from algorithms.toolbox.kernels.symmetric import pack, unpack
-from algorithms.toolbox.motion.jerk import PROCESS_NOISE, noise_block
+from algorithms.toolbox.motion.jerk import PROCESS_NOISE, jerk_matrices
 
 Floats = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ def smooth_report(recording: ToaMarks, report: Report, parameters: FilterParamet
     form = PROCESS_NOISE.index(process_noise)
 
     def model(t: Floats) -> tuple[Floats, Floats]:
-        return model_over(t, parameters.sigma_jerk_mps3, form)
+        return jerk_matrices(t, parameters.sigma_jerk_mps3, form)
 
     for rows in recording.rows_by_target():
         if rows.size < 2:
@@ -75,18 +75,3 @@ def _linked(track: NDArray[Any], status: NDArray[Any], there: NDArray[np.bool_])
         last[k] = np.where(there[k - 1], number[k - 1], last[k - 1])
     begun = (status == lanes.INITIALISED) | (status == lanes.REINITIALISED)
     return np.asarray(there & (number == last) & (number > 0) & ~begun)
-
-
-def model_over(t: Floats, sigma: float, form: int) -> tuple[Floats, Floats]:
-    """Return F and Q (L, 9, 9) of three equal axes over intervals t (L,) s, for a form of PROCESS_NOISE."""
-    f1, q1 = np.zeros((t.size, 3, 3)), np.zeros((t.size, 3, 3))
-    f1[:, range(3), range(3)] = 1.0
-    f1[:, 0, 1] = f1[:, 1, 2] = t
-    f1[:, 0, 2] = 0.5 * t * t
-    lower = ((0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2))
-    for (i, j), value in zip(lower, noise_block.py_func(t, sigma, form), strict=True):
-        q1[:, i, j] = q1[:, j, i] = value
-    f, q = np.zeros((t.size, 9, 9)), np.zeros((t.size, 9, 9))
-    for a in range(0, 9, 3):
-        f[:, a : a + 3, a : a + 3], q[:, a : a + 3, a : a + 3] = f1, q1
-    return f, q

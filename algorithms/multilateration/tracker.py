@@ -13,6 +13,7 @@ from algorithms.multilateration.blocks import blocks_of
 from algorithms.multilateration.conditions import Conditions, conditions_of, given_or_default, toa_of
 from algorithms.multilateration.filter_kernel import filter_marks
 from algorithms.multilateration.lanes import Report, Setup, Track
+from algorithms.multilateration.outputs import position_part
 from algorithms.multilateration.parameters import FilterParameters, Start
 from algorithms.multilateration.smoothing import check_size, smooth_report
 from algorithms.recording import ToaMarks
@@ -29,8 +30,6 @@ Floats = NDArray[np.float64]
 SLICE_RECEPTIONS = 40_000
 # A longer recording keeps the covariance of the position alone: that of the whole state is two thirds of a result.
 FULL_COVARIANCE_MARKS = 100_000
-# Elements of a position's covariance, packed.
-POSITION = 6
 POSITION_COVARIANCE = "Of each covariance the position's part alone is kept: the recording has more than 100,000 marks."
 
 
@@ -71,13 +70,6 @@ def score_filter(recording: ToaMarks, parameters: FilterParameters, context: Run
         nis=np.where(report.status == lanes.DOWNWEIGHTED, np.nan, report.nis),
         dof=report.dof,
     )
-
-
-def position_part(packed: Floats) -> Floats:
-    """(M, 45 or 6, L) packed covariances -> (M, 6, L) those of the position."""
-    if packed.shape[1] == POSITION:
-        return packed
-    return np.ascontiguousarray(packed[:, [i * (i + 1) // 2 + j for i in (0, 3, 6) for j in (0, 3, 6) if j <= i]])
 
 
 def _filtered(

@@ -1,61 +1,13 @@
-"""Kalman-2 20: one constant acceleration model with noise 20 m/s2 a step.
-
-Differences from the paper: initiation and long gaps are ours (see `parameters`).
-"""
+"""Kalman-2 20: one constant acceleration model with noise 20 m/s2 a step."""
 
 from __future__ import annotations
 
-from algorithms.multiple_model.answers import run_models, score_models
-from algorithms.multiple_model.bound import horizontal_bound
-from algorithms.multiple_model.charts import PLAIN_CHARTS
-from algorithms.multiple_model.measurements import Plots
-from algorithms.multiple_model.measures import measure
-from algorithms.multiple_model.outputs import OUTPUTS
-from algorithms.multiple_model.parameters import PaperKalmanParameters
-from algorithms.multiple_model.tables import tabulate
-from algorithms.multiple_model.tracker import ModelSet
-from algorithms.result import Result
-from algorithms.scores import Floats, Scores
-from algorithms.spec import Algorithm, Reference, RunContext
+from algorithms.multiple_model.one_model import one_model
 
-
-class Kalman220Parameters(PaperKalmanParameters):
-    """Parameters of Kalman-2 20."""
-
-
-def models_of(parameters: Kalman220Parameters) -> ModelSet:
-    """Return the models and how they are merged."""
-    return ModelSet((("ca", 20.0),))
-
-
-def run(recording: Plots, parameters: Kalman220Parameters, context: RunContext) -> Result:
-    """Filter every target of a recording."""
-    return run_models(recording, parameters, models_of(parameters), context)
-
-
-def score(recording: Plots, parameters: Kalman220Parameters, context: RunContext) -> Scores:
-    """Filter simulated trials and score them against the truth."""
-    return score_models(recording, parameters, models_of(parameters), context)
-
-
-def bound(recording: Plots, parameters: Kalman220Parameters) -> Floats | None:
-    """Posterior Cramer-Rao bound of the rms horizontal error, the manoeuvre known."""
-    return horizontal_bound(recording, parameters)
-
-
-ALGORITHM = Algorithm(
-    name="kalman_2_20",
-    title="Kalman filter, constant acceleration, 20 m/s² (Kalman-2 20)",
-    summary="One Kalman filter with constant acceleration and noise of 20 m/s² a step.",
-    family="multiple_model",
-    takes=("antenna_plots", "polar_plots"),
-    parameters=Kalman220Parameters,
-    outputs=OUTPUTS,
-    charts=PLAIN_CHARTS,
-    references=(Reference("trudymai2023", "section 3"), Reference("barshalom2001")),
-    run=run,
-    tabulate=tabulate,
-    measure=measure,
-    score=score,
-    bound=bound,
+ALGORITHM = one_model(
+    "kalman_2_20",
+    "Kalman filter, constant acceleration, 20 m/s² (Kalman-2 20)",
+    "One Kalman filter with constant acceleration and noise of 20 m/s² a step.",
+    "ca",
+    20.0,
 )

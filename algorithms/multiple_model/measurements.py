@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,7 @@ from algorithms.toolbox.sensors.position_rows import BICONE, CARTESIAN, PLAN, PO
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Plots = AntennaPlots | PolarPlots
+Item = TypeVar("Item", bound=np.generic)
 
 BAD_CONVERSION = 0.5
 """Above this r s^2 / sigma_r a converted mark is biased by as much as half its range error."""
@@ -60,7 +62,7 @@ class Prepared:
     def marks(self, recording: Plots, rows: Ints, part: slice, group: Ints) -> Marks:
         """Rows of one target and a block of lanes."""
 
-        def cut(array: NDArray[np.generic]) -> NDArray[np.generic]:
+        def cut(array: NDArray[Item]) -> NDArray[Item]:
             chosen = array if rows.size == len(array) else array[rows]
             return np.ascontiguousarray(chosen[..., part])
 
@@ -72,9 +74,9 @@ class Prepared:
             axes=self.axes,
             origin=self.origin[rows],
             sd=self.sd[rows],
-            z=cut(self.z),  # type: ignore[arg-type]
-            y=cut(self.y),  # type: ignore[arg-type]
-            valid=cut(self.valid),  # type: ignore[arg-type]
+            z=cut(self.z),
+            y=cut(self.y),
+            valid=cut(self.valid),
             dof=self.dof[rows],
         )
 

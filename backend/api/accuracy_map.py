@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -10,6 +10,7 @@ from fastapi import APIRouter, Response
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from algorithms.multilateration.parameters import SIGMA_ALTITUDE_M, SIGMA_TOA_NS
 from algorithms.site import Site
 from backend.api.responses import problems
 from backend.api.scenario_request import checked_scenario
@@ -26,7 +27,6 @@ MOST_CELLS = 250_000
 MOST_SUBSET_CELLS = 12_000_000
 # Around the stations, in their own greatest distance from their middle, and at least so many metres.
 REACH, LEAST_REACH_M = 5.0, 20_000.0
-DEFAULT_SIGMA_TOA_NS, DEFAULT_SIGMA_ALTITUDE_M = 10.0, 100.0
 
 
 class _In(BaseModel):
@@ -172,10 +172,10 @@ def accuracy_map(asked: AccuracyMapIn, services: ServicesDep) -> Response:
     names = [s.name for s in site.stations]
     chosen = _chosen(asked, names)
     positions = site.station_positions()
-    sigma_ns = np.array([asked.sigma_toa_ns or s.sigma_toa_ns or site.sigma_toa_ns or DEFAULT_SIGMA_TOA_NS
-                         for s in site.stations])  # fmt: skip
+    own_or_sites = [asked.sigma_toa_ns or s.sigma_toa_ns or site.sigma_toa_ns or SIGMA_TOA_NS for s in site.stations]
+    sigma_ns = np.array(own_or_sites)
     sigma_m = sigma_ns * bounds.C_M_PER_NS
-    sigma_altitude_m = asked.sigma_altitude_m or site.sigma_altitude_m or DEFAULT_SIGMA_ALTITUDE_M
+    sigma_altitude_m = asked.sigma_altitude_m or site.sigma_altitude_m or SIGMA_ALTITUDE_M
     east_axis, north_axis = _axes(asked, positions)
     cells = east_axis.count * north_axis.count
     sets = bounds.subsets(len(names)) if asked.subsets else []
@@ -187,16 +187,30 @@ def accuracy_map(asked: AccuracyMapIn, services: ServicesDep) -> Response:
         raise _refused(413, "map_too_large", "/east_m/count", detail)
     east, north = (np.linspace(a.start_m, a.stop_m, a.count) for a in (east_axis, north_axis))
     grid_east, grid_north = (g.ravel() for g in np.meshgrid(east, north))
+    is_gdop = asked.quantity == "gdop"
     places = bounds.places_at(grid_east, grid_north, asked.altitude_m, _earth(site))
 
-    def plan(which: list[int] | tuple[int, ...], variant: Variant) -> Floats:
+    def plan(which: Sequence[int]) -> Floats:
         at = list(which)
-        found = _values(bounds, places, positions[at], sigma_m[at], variant, sigma_altitude_m)
-        is_ratio = asked.quantity == "gdop" and variant not in ("altitude_gain", "clock")
-        return found / np.sqrt(np.mean(sigma_m[at] ** 2)) if is_ratio else found
+        return bounds.plan_values(places, positions[at], sigma_m[at], asked.variant, sigma_altitude_m, as_gdop=is_gdop)
 
-    values = plan(chosen, asked.variant)
+    values = plan(chosen)
+    summary = bounds.summary_of(values)
     clocks = bounds.plan_bound(places, positions[chosen], sigma_m[chosen], "measured", sigma_altitude_m, clocks=True)
+    assert clocks.clock_m_per_ns is not None
+    by_station = [bounds.summary_of(moved) for moved in clocks.clock_m_per_ns]
+
+    def subset(which: Sequence[int]) -> dict[str, Any]:
+        own = plan(which)
+        found = bounds.summary_of(own)
+        return {
+            "stations": [names[i] for i in which],
+            "observable_share": found.observable_share,
+            "median": found.median,
+            "quantile_90": found.quantile_90,
+            "common_ratio": bounds.summary_of(own / values).median,
+        }
+
     unit, quantity = _words(asked.variant, asked.quantity)
     receiving = [names[i] for i in chosen]
     note = f"Emitter at {asked.altitude_m:g} m; one mark, received by {', '.join(receiving)}."
@@ -217,8 +231,8 @@ def accuracy_map(asked: AccuracyMapIn, services: ServicesDep) -> Response:
         "east_m": east_axis.model_dump(),
         "north_m": north_axis.model_dump(),
         "values": values.reshape(north.size, east.size).astype(np.float32),
-        "observable_share": float(np.isfinite(values).mean()),
-        "median": _quantile(values, 0.5),
+        "observable_share": summary.observable_share,
+        "median": summary.median,
         "chart": chart.draw(
             east,
             north,
@@ -232,48 +246,12 @@ def accuracy_map(asked: AccuracyMapIn, services: ServicesDep) -> Response:
             notes=[ChartNote("one_mark", note)],
         ),
         "clocks": [
-            {"station": name, "median_m_per_ns": _quantile(v, 0.5), "largest_m_per_ns": _quantile(v, 1.0)}
-            for name, v in zip(receiving, np.asarray(clocks.clock_m_per_ns), strict=True)
+            {"station": name, "median_m_per_ns": one.median, "largest_m_per_ns": one.largest}
+            for name, one in zip(receiving, by_station, strict=True)
         ],
-        "subsets": _subsets(sets, names, values, lambda which: plan(which, asked.variant)) if asked.subsets else None,
+        "subsets": [subset(which) for which in sets] if asked.subsets else None,
     }
     return Response(figure_json(shown), media_type="application/json")
-
-
-def _values(bounds: Any, places: Any, at: Floats, sigma: Floats, variant: Variant, sigma_altitude_m: float) -> Floats:
-    """(P,) what the variant shows."""
-    if variant == "clock":
-        moved = bounds.plan_bound(places, at, sigma, "measured", sigma_altitude_m, clocks=True).clock_m_per_ns
-        return np.asarray(np.max(moved, axis=0))
-    kinds = {"space": "none", "altitude_measured": "measured", "altitude_known": "known", "altitude_gain": "known"}
-    found = bounds.plan_bound(places, at, sigma, kinds[variant], sigma_altitude_m).drms_m
-    if variant == "altitude_gain":
-        found = bounds.plan_bound(places, at, sigma, "none").drms_m / found
-    return np.asarray(found)
-
-
-def _subsets(sets: list[tuple[int, ...]], names: list[str], whole: Floats, plan: Callable[[tuple[int, ...]], Floats]
-             ) -> list[dict[str, Any]]:  # fmt: skip
-    out = []
-    for which in sets:
-        values = plan(which)
-        with np.errstate(invalid="ignore"):
-            ratio = values / whole
-        out.append(
-            {
-                "stations": [names[i] for i in which],
-                "observable_share": float(np.isfinite(values).mean()),
-                "median": _quantile(values, 0.5),
-                "quantile_90": _quantile(values, 0.9),
-                "common_ratio": _quantile(ratio, 0.5),
-            }
-        )
-    return out
-
-
-def _quantile(values: Floats, q: float) -> float | None:
-    known = values[np.isfinite(values)]
-    return float(np.quantile(known, q)) if known.size else None
 
 
 def _words(variant: Variant, quantity: str) -> tuple[str, str]:

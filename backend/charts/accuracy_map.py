@@ -69,6 +69,8 @@ def draw(
         _stations(stations_m, names, used),
     ]
     said = list(notes)
+    words = " and ".join(f"{value:.3g}" for value in (low, high))
+    said.append(ChartNote("colours_end", f"Colours end at {words} {unit}".rstrip() + "; beyond, they stay the same."))
     blank = int((~np.isfinite(values)).sum())
     if blank:
         text = f"Not observable, left blank: {100 * blank / values.size:.3g} % of the map."

@@ -473,6 +473,7 @@ export const sentences = {
 /** @type {[RegExp, string][]} */
 export const patterns = [
   [/^Emitter at (.+) m; one mark, received by (.+)\.$/, "Излучатель на высоте $1 м; одна отметка, приняли $2."],
+  [/^Colours end at (\S+) and (\S+)(?: (.+))?; beyond, they stay the same\.$/, "Цвета различаются от $1 до $2 $3; дальше они не меняются."],
   [/^Not observable, left blank: (.+) % of the map\.$/, "Не наблюдаемо и оставлено пустым: $1 % карты."],
   [/^the same two stations all the time: no place along their hyperbola; predicted error (.+) km$/, "всё время одни и те же два пункта: место на их гиперболе неизвестно; ожидаемая ошибка $1 км"],
   [/^several positions still explain the marks together; predicted error (.+) km$/, "отметки вместе всё ещё объясняются несколькими положениями; ожидаемая ошибка $1 км"],

@@ -21,6 +21,7 @@ import "../components/station-handles.js";
 
 const VARIANTS = /** @type {const} */ (["space", "altitude_measured", "altitude_known", "altitude_gain", "clock"]);
 const NUMBERS = /** @type {const} */ (["altitude_m", "sigma_toa_ns", "sigma_altitude_m"]);
+const AXES = /** @type {const} */ (["east_m", "north_m", "up_m"]);
 const WAIT_MS = 150;
 const WHOLE = 200;
 const COARSE = 100;
@@ -36,6 +37,8 @@ class MapPage extends HTMLElement {
   silent = new Set();
   /** Where the map lies, once it is known: it stays while stations are moved. @type {{east_m: any, north_m: any} | null} */
   frame = null;
+  /** What is filled in for each station. @type {Map<string, {hears: HTMLInputElement, fields: HTMLInputElement[], clock: HTMLElement}>} */
+  cells = new Map();
   busy = false;
   again = false;
   coarse = false;
@@ -74,6 +77,7 @@ class MapPage extends HTMLElement {
     this.site = siteOf(query.get("site"));
     this.silent = new Set(query.getAll("without"));
     this.frame = null;
+    this.cells = new Map();
     const field = (/** @type {string} */ label, /** @type {HTMLElement} */ input, /** @type {string} */ id) => h("div", { class: "field" }, h("label", { for: id }, label), input);
     const source = uniqueId("source");
     this.source = h("select", { id: source, onchange: () => this.changeSource() },
@@ -157,11 +161,17 @@ class MapPage extends HTMLElement {
       return;
     }
     const body = this.request();
-    if (!body || !this.isConnected) return;
+    if (!this.isConnected) return;
+    if (!body) {
+      this.outdated(true);
+      return;
+    }
     this.busy = true;
     try {
       /** @type {AccuracyMap} */
       const answer = await post("accuracy-map", body);
+      // An address names the silent stations; who is left to receive is known from the first answer on.
+      if (this.silent.size && !body.stations) this.again = true;
       if (this.isConnected) await this.show(answer);
     } catch (error) {
       if (this.isConnected) this.refuse(error);
@@ -177,6 +187,12 @@ class MapPage extends HTMLElement {
     const items = error instanceof Problem ? error.errors : [];
     for (const [name, input] of this.inputs ?? []) if (items.some((item) => item.pointer === `/${name}`)) input.setAttribute("aria-invalid", "true");
     put(/** @type {HTMLElement} */ (this.message), failed(error, { retry: () => this.send() }));
+    this.outdated(true);
+  }
+
+  /** The map is of what was asked before. @param {boolean} is */
+  outdated(is) {
+    for (const part of [this.panel, this.facts, this.stations]) part?.classList.toggle("stale", is);
   }
 
   /** @param {AccuracyMap} answer */
@@ -184,6 +200,7 @@ class MapPage extends HTMLElement {
     const sameStations = this.shown?.site.stations.map((one) => one.name).join() === answer.site.stations.map((one) => one.name).join();
     this.shown = answer;
     this.frame = { east_m: answer.east_m, north_m: answer.north_m };
+    this.outdated(false);
     put(/** @type {HTMLElement} */ (this.message));
     put(/** @type {HTMLElement} */ (this.facts), t("map.facts", { share: formatNumber(100 * answer.observable_share, 3), median: answer.median === null ? "–" : formatNumber(answer.median, 3), unit: said(answer.unit) }));
     this.remember();
@@ -191,7 +208,8 @@ class MapPage extends HTMLElement {
     // What is being dragged is ahead of the answer.
     if (!this.coarse) this.handles?.setPlaces(places.map((one) => ({ ...one })));
     if (!sameStations) put(/** @type {HTMLElement} */ (this.subsets), this.subsetsHead());
-    if (!this.stations?.contains(document.activeElement)) this.drawStations(answer);
+    if (!sameStations || !this.cells.size) this.drawStations(answer);
+    this.fillStations(answer);
     await this.panel?.give(/** @type {any} */ (answer.chart));
     this.dataset.fresh = this.again ? "no" : "yes";
   }
@@ -223,33 +241,51 @@ class MapPage extends HTMLElement {
     this.send();
   }
 
-  /** @param {AccuracyMap} answer */
+  /** A row for each station; its numbers are filled in apart, so that a field keeps its focus. @param {AccuracyMap} answer */
   drawStations(answer) {
-    const clocks = new Map(answer.clocks.map((one) => [one.station, one]));
-    const number = (/** @type {number} */ index, /** @type {"east_m" | "north_m" | "up_m"} */ key) => {
-      const input = h("input", {
-        type: "text", inputmode: "decimal", value: String(Math.round(answer.places[index]?.[key] ?? 0)), "aria-label": `${t(`map.${key}`)}, ${answer.places[index]?.name}`,
-        onchange: () => {
-          const value = Number(input.value.trim().replace(",", "."));
-          input.setAttribute("aria-invalid", String(!Number.isFinite(value)));
-          const station = this.editable()?.stations[index];
-          if (!station || !Number.isFinite(value)) return;
-          station[key] = value;
-          this.ask(true);
-        },
-      });
-      return input;
-    };
+    this.cells = new Map(answer.places.map(({ name }, index) => [name, {
+      hears: h("input", { type: "checkbox", onchange: (/** @type {Event} */ event) => this.hear(name, /** @type {HTMLInputElement} */ (event.target).checked) }),
+      fields: AXES.map((axis) => this.field(index, name, axis)),
+      clock: h("td", { class: "number" }),
+    }]));
     put(/** @type {HTMLElement} */ (this.stations), h("div", { class: "card-head" }, h("h2", null, t("map.stations"))),
       h("div", { class: "table-wrap", tabindex: 0, role: "region", "aria-label": t("map.stations") }, h("table", { class: "edit" },
-        h("thead", null, h("tr", null, [t("map.receives"), t("map.east_m"), t("map.north_m"), t("map.up_m"), t("map.clock")].map((one) => h("th", { scope: "col" }, one)))),
-        h("tbody", null, answer.places.map((one, index) => h("tr", null,
-          h("th", { scope: "row" }, h("label", { class: "row nowrap" }, h("input", {
-            type: "checkbox", checked: !this.silent.has(one.name), onchange: (/** @type {Event} */ event) => this.hear(one.name, /** @type {HTMLInputElement} */ (event.target).checked),
-          }), one.name)),
-          h("td", null, number(index, "east_m")), h("td", null, number(index, "north_m")), h("td", null, number(index, "up_m")),
-          h("td", { class: "number" }, clockWords(clocks.get(one.name)))))))),
+        h("thead", null, h("tr", null, [t("map.receives"), ...AXES.map((axis) => t(`map.${axis}`)), t("map.clock")].map((one) => h("th", { scope: "col" }, one)))),
+        h("tbody", null, [...this.cells].map(([name, { hears, fields, clock }]) => h("tr", null,
+          h("th", { scope: "row" }, h("label", { class: "row nowrap" }, hears, name)), fields.map((field) => h("td", null, field)), clock))))),
       h("p", { class: "small muted card-body" }, t("map.clock_hint")));
+  }
+
+  /** @param {number} index @param {string} name @param {typeof AXES[number]} axis */
+  field(index, name, axis) {
+    const input = h("input", {
+      type: "text", inputmode: "decimal", "aria-label": `${t(`map.${axis}`)}, ${name}`, onchange: () => {
+        const text = input.value.trim().replace(",", ".");
+        const right = text !== "" && Number.isFinite(Number(text));
+        input.setAttribute("aria-invalid", String(!right));
+        const station = right ? this.editable()?.stations[index] : null;
+        if (!station) return;
+        station[axis] = Number(text);
+        this.ask(true);
+      },
+    });
+    return input;
+  }
+
+  /** @param {AccuracyMap} answer */
+  fillStations(answer) {
+    const clocks = new Map(answer.clocks.map((one) => [one.station, one]));
+    for (const place of answer.places) {
+      const cells = this.cells.get(place.name);
+      if (!cells) continue;
+      cells.hears.checked = !this.silent.has(place.name);
+      put(cells.clock, clockWords(clocks.get(place.name)));
+      for (const [k, field] of cells.fields.entries()) {
+        if (field === document.activeElement) continue;
+        field.value = String(Math.round(place[/** @type {typeof AXES[number]} */ (AXES[k])]));
+        field.removeAttribute("aria-invalid");
+      }
+    }
   }
 
   /** @param {string} name @param {boolean} receives */

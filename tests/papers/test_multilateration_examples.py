@@ -11,7 +11,7 @@ from algorithms.multilateration.parameters import FilterWithAltitudeParameters
 from algorithms.multilateration.scenario import four_stations
 from algorithms.multilateration.tracker import setup_of
 from algorithms.recording import ToaMarks
-from algorithms.toolbox.bounds.one_mark import one_mark_covariance
+from algorithms.toolbox.bounds.accuracy_map import Altitude, places_at, plan_bound
 from algorithms.toolbox.frames import earth as earths
 from algorithms.toolbox.kernels.symmetric import pack, unpack
 from algorithms.toolbox.motion.jerk import predict_jerk
@@ -22,9 +22,10 @@ STATIONS = four_stations().station_positions()
 POINT = np.array([30_000.0, -12_000.0, float(earths.z_from_altitude(30_000.0, -12_000.0, 9_000.0, SPHERE))])
 
 
-def drms(covariance: np.ndarray | None) -> float:
-    assert covariance is not None
-    return float(np.sqrt(covariance[0, 0] + covariance[1, 1]))
+def drms(stations: np.ndarray, kind: Altitude = "none", sigma_altitude_m: float = 1.0) -> float:
+    """Bound of one mark at the point of 9.1 with 10 ns."""
+    places = places_at(POINT[:1], POINT[1:2], 9_000.0, SPHERE)
+    return float(plan_bound(places, stations, np.full(len(stations), C * 10e-9), kind, sigma_altitude_m).drms_m[0])
 
 
 def test_altitude_and_geometry_9_1() -> None:
@@ -36,18 +37,14 @@ def test_altitude_and_geometry_9_1() -> None:
 
 
 def test_one_mark_bounds_9_1() -> None:
-    sigma = np.full(4, C * 10e-9)
-    free = one_mark_covariance(POINT, STATIONS, sigma)
-    assert free is not None
-    assert drms(free) == pytest.approx(127.24541, abs=5e-6)
-    assert np.sqrt(free[2, 2]) == pytest.approx(79.97658, abs=5e-6)
-    soft = one_mark_covariance(POINT, STATIONS, sigma, earth=SPHERE, sigma_altitude_m=100.0)
-    assert drms(soft) == pytest.approx(105.35504, abs=5e-6)
-    known = one_mark_covariance(POINT, STATIONS, sigma, earth=SPHERE, altitude_known=True)
-    assert drms(known) == pytest.approx(57.02693, abs=5e-6)
-    triple = one_mark_covariance(POINT, STATIONS[[0, 2, 3]], sigma[:3], earth=SPHERE, altitude_known=True)
-    assert drms(triple) == pytest.approx(1597.5903, abs=5e-5)
-    assert one_mark_covariance(POINT, STATIONS[:3], sigma[:3]) is None, "three receptions in space: unobservable"
+    assert drms(STATIONS) == pytest.approx(127.24541, abs=5e-6)
+    assert drms(STATIONS, "measured", 100.0) == pytest.approx(105.35504, abs=5e-6)
+    assert drms(STATIONS, "known") == pytest.approx(57.02693, abs=5e-6)
+    assert drms(STATIONS[[0, 2, 3]], "known") == pytest.approx(1597.5903, abs=5e-5)
+    assert np.isnan(drms(STATIONS[:3])), "three receptions in space: unobservable"
+    _, covariance = solved(np.linalg.norm(POINT - STATIONS, axis=1), [0, 1, 2, 3], np.nan)
+    assert np.sqrt(covariance[0, 0] + covariance[0, 2]) == pytest.approx(127.24541, abs=5e-5)
+    assert np.sqrt(covariance[0, 5]) == pytest.approx(79.97658, abs=5e-5), "vertical, as the solution itself says"
 
 
 NOISE_NS = np.array([5.0, -8.0, 0.0, 10.0])
@@ -119,6 +116,12 @@ def test_prediction_9_2() -> None:
 
 
 def solve(toa_m: np.ndarray, receptions: list[int], altitude: float) -> np.ndarray:
+    position, _ = solved(toa_m, receptions, altitude)
+    return position[np.argsort(-position[:, 0])]
+
+
+def solved(toa_m: np.ndarray, receptions: list[int], altitude: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and packed covariances of one mark, from the production kernel."""
     used = np.zeros(4)
     used[receptions] = 1
     position, covariance, cost = np.zeros((2, 3)), np.zeros((2, 6)), np.zeros(2)
@@ -126,7 +129,7 @@ def solve(toa_m: np.ndarray, receptions: list[int], altitude: float) -> np.ndarr
         toa_m, used, STATIONS, np.full(4, (C * 10e-9) ** 2), altitude, 100.0**2,
         SPHERE, np.array([0.0, 0.0, -SPHERE[1]]), SPHERE[1], position, covariance, cost,
     )  # fmt: skip
-    return position[:n][np.argsort(-position[:n, 0])]
+    return position[:n], covariance[:n]
 
 
 def test_closed_forms_9_3() -> None:

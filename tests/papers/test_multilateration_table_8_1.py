@@ -6,7 +6,7 @@ import pytest
 from algorithms.multilateration.bound import horizontal_bound
 from algorithms.multilateration.parameters import FilterWithAltitudeParameters, Start
 from algorithms.multilateration.scenario import CircuitParameters, simulate
-from algorithms.toolbox.bounds.one_mark import one_mark_covariance
+from algorithms.toolbox.bounds.accuracy_map import Altitude, places_at, plan_bound
 from algorithms.toolbox.frames import earth as earths
 
 INSTANTS = (0, 50, 200, 300, 400, 520, 620, 720, 1100, 1500, 1899)
@@ -67,9 +67,11 @@ def test_median_gain_by_leg(claimed, sigma) -> None:
 def test_one_mark_columns(circuit) -> None:
     sphere, sigma = earths.sphere(), np.full(4, 2.99792458)
     stations = circuit.site.station_positions()
-    for k, free, known in zip(INSTANTS, ONE_MARK, ONE_MARK_KNOWN, strict=True):
-        for expected, options in ((free, {}), (known, {"earth": sphere, "altitude_known": True})):
-            p = one_mark_covariance(circuit.truth_m[k], stations, sigma, **options)
-            assert p is not None
+    kinds: tuple[tuple[Altitude, tuple[float, ...]], ...] = (("none", ONE_MARK), ("known", ONE_MARK_KNOWN))
+    at = circuit.truth_m[list(INSTANTS)]
+    places = places_at(at[:, 0], at[:, 1], 10_000.0, sphere)
+    np.testing.assert_allclose(places.position_m[2], at[:, 2], atol=1e-6)
+    for kind, printed in kinds:
+        for found, expected in zip(plan_bound(places, stations, sigma, kind).drms_m, printed, strict=True):
             digits = 0.51 if expected >= 100 and expected == int(expected) else 0.051
-            assert np.sqrt(p[0, 0] + p[1, 1]) == pytest.approx(expected, abs=digits)
+            assert found == pytest.approx(expected, abs=digits)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from algorithms.errors import ParameterError
-from algorithms.multiple_model import kalman_2_1, mma2_11, mma2_122
+from algorithms.multiple_model import mma2_11, mma2_122
 from algorithms.multiple_model.parameters import PaperParameters
 from algorithms.multiple_model.scenario import AeroballisticParameters, AntennaScenario, simulate
 from algorithms.multiple_model.states import COASTING, REJECTED, UNUSUAL
@@ -122,7 +122,7 @@ def test_a_permutation_of_models_permutes_the_answer(arc: AntennaPlots, structur
 
 
 def test_one_model_is_the_kalman_filter_to_the_bit(arc: AntennaPlots) -> None:
-    one = filtered(arc, kalman_2_1.models_of(kalman_2_1.Kalman21Parameters()))
+    one = filtered(arc, ModelSet((("ca", 1.0),)))
     static = filtered(
         arc, ModelSet((("ca", 1.0), ("ca", 30.0)), ((1.0, 0.0), (0.0, 1.0)), 0.05, "imm", "moment", "max")
     )

@@ -31,11 +31,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.toolbox.frames.earth import up_from_position, z_from_altitude
+from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 
 Floats = NDArray[np.float64]
 Altitude = Literal["none", "measured", "known"]
+Variant = Literal["space", "altitude_measured", "altitude_known", "altitude_gain", "clock"]
 
-C_M_PER_NS = 0.299792458
+C_M_PER_NS = 1e-9 * SPEED_OF_LIGHT_MPS
 # Of a column of R against the longest: the root of the condition number 1e14 beyond which nothing is observable.
 LEAST = 1e-7
 # All subsets of so many stations are worth a look; of more, those that leave out one or two.
@@ -68,6 +70,22 @@ class PlanBound:
 
     drms_m: Floats
     clock_m_per_ns: Floats | None
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A map in numbers.
+
+    Attributes
+    ----------
+    observable_share : of its places
+    median, quantile_90, largest : over the observable ones; None where there is none.
+    """
+
+    observable_share: float
+    median: float | None
+    quantile_90: float | None
+    largest: float | None
 
 
 def places_at(east_m: Floats, north_m: Floats, altitude_m: float, earth: Floats) -> Places:
@@ -136,6 +154,43 @@ def plan_bound(
         north = q[-1][: len(late)] * late / r_yy
         east = (q[-2][: len(late)] * late - r_xy * north) / r_xx
         return PlanBound(drms, np.where(observable, np.hypot(east, north), np.nan))
+
+
+def plan_values(
+    places: Places,
+    stations_m: Floats,
+    sigma_m: Floats,
+    variant: Variant,
+    sigma_altitude_m: float,
+    *,
+    as_gdop: bool = False,
+) -> Floats:
+    """(P,) what a map shows.
+
+    Parameters
+    ----------
+    variant : the bound `space`, `altitude_measured`, `altitude_known`, m; `altitude_gain`, how many times the first is
+        the third; `clock`, how far the fix with a measured altitude moves for the worst station's clock, m/ns.
+    as_gdop : bounds over the rms error of the arrivals; the other two have no such quotient and stay.
+    """
+    if variant == "clock":
+        moved = plan_bound(places, stations_m, sigma_m, "measured", sigma_altitude_m, clocks=True).clock_m_per_ns
+        assert moved is not None
+        return np.asarray(moved.max(axis=0))
+    kinds: dict[str, Altitude] = {"space": "none", "altitude_measured": "measured"}
+    found = plan_bound(places, stations_m, sigma_m, kinds.get(variant, "known"), sigma_altitude_m).drms_m
+    if variant == "altitude_gain":
+        return np.asarray(plan_bound(places, stations_m, sigma_m).drms_m / found)
+    return np.asarray(found / np.sqrt(np.mean(np.square(sigma_m)))) if as_gdop else found
+
+
+def summary_of(values: Floats) -> Summary:
+    """Put a map, or the ratio of two, into numbers; NaN is what is not observable."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return Summary(0.0, None, None, None)
+    median, ninety = np.quantile(known, (0.5, 0.9))
+    return Summary(known.size / values.size, float(median), float(ninety), float(known.max()))
 
 
 def _rows(places: Places, stations_m: Floats, sigma_m: Floats) -> Floats:

@@ -10,11 +10,6 @@ from algorithms.toolbox.kernels import kernel
 Floats = NDArray[np.float64]
 
 
-def packed_length(n: int) -> int:
-    """Return the number of distinct elements of a symmetric n x n matrix."""
-    return n * (n + 1) // 2
-
-
 def pack(full: Floats) -> Floats:
     """(n, n, ...) symmetric -> (n (n + 1) / 2, ...) lower triangle, row by row."""
     rows, columns = np.tril_indices(full.shape[0])

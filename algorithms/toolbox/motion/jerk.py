@@ -17,7 +17,12 @@ four digits.
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from algorithms.toolbox.kernels import LANES, inlined, kernel
+
+Floats = NDArray[np.float64]
 
 PROCESS_NOISE = ("paper", "pwc", "white")
 """Names of the forms; a kernel takes the position in this tuple."""
@@ -119,3 +124,18 @@ def predict_jerk(x, p, t, sigma, form):
             f[(r2 + c) * LANES + lane] = a02 + q3
             f[(r2 + c + 1) * LANES + lane] = a12 + q4
             f[(r2 + c + 2) * LANES + lane] = m22 + q5
+
+
+def jerk_matrices(t: Floats, sigma: float, form: int) -> tuple[Floats, Floats]:
+    """Return F and Q (L, 9, 9) of three equal axes over intervals t (L,) s, for a form of PROCESS_NOISE."""
+    f1, q1 = np.zeros((t.size, 3, 3)), np.zeros((t.size, 3, 3))
+    f1[:, range(3), range(3)] = 1.0
+    f1[:, 0, 1] = f1[:, 1, 2] = t
+    f1[:, 0, 2] = 0.5 * t * t
+    lower = ((0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2))
+    for (i, j), value in zip(lower, noise_block.py_func(t, sigma, form), strict=True):
+        q1[:, i, j] = q1[:, j, i] = value
+    f, q = np.zeros((t.size, 9, 9)), np.zeros((t.size, 9, 9))
+    for a in range(0, 9, 3):
+        f[:, a : a + 3, a : a + 3], q[:, a : a + 3, a : a + 3] = f1, q1
+    return f, q

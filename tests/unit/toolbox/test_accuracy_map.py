@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from algorithms.toolbox.bounds.accuracy_map import C_M_PER_NS, Altitude, places_at, plan_bound, subsets
-from algorithms.toolbox.bounds.one_mark import one_mark_covariance
 from algorithms.toolbox.frames.earth import sphere, up_from_position, z_from_altitude
+from tests.oracles.one_mark import one_mark_covariance
 
 EARTH = sphere()
 STATIONS = np.array(

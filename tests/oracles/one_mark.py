@@ -1,4 +1,4 @@
-"""Cramer-Rao bound of one mark: what a single set of times of arrival can say about a position.
+"""Cramer-Rao bound of one mark at one place, by inverting its information: the other route to the accuracy map.
 
 Information of N receptions with unknown emission time, I = U^T (W - W 1 1^T W / 1^T W 1) U with W = diag(1/sigma^2)
 and U the rows u_i = (p - s_i) / r_i; an altitude adds grad h grad h^T / sigma_h^2; a known altitude confines the
