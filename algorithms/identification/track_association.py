@@ -42,7 +42,7 @@ from algorithms.identification.track_pairs import (
 )
 from algorithms.identification.tracks import PLACE, Track
 from algorithms.recording import PolarPlots
-from algorithms.result import Output, Result, Setting
+from algorithms.result import Note, Output, Result, Setting
 from algorithms.scores import Sample, Scores, Tally
 from algorithms.spec import Algorithm, Reference, RunContext
 from algorithms.toolbox.association.gate import gate_threshold
@@ -51,6 +51,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 FEWEST_PLOTS = 2
+# Rows that a note names one by one.
+NAMED_ROWS = 20
 
 
 class TrackAssociationParameters(TrackParameters):
@@ -96,7 +98,17 @@ def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: 
         for name in type(parameters).model_fields
         if name not in plots.settings and getattr(parameters, name) not in (None, "")
     }
-    return Result(arrays, (*plots.notes, *notes_of(hypotheses, plots.names)), settings)
+    return Result(arrays, (*plots.notes, *_doubles(recording, a, b), *notes_of(hypotheses, plots.names)), settings)
+
+
+def _doubles(recording: PolarPlots, a: RadarTracks, b: RadarTracks) -> tuple[Note, ...]:
+    """Say which plots no track could take."""
+    rows = np.sort(recording.row[np.concatenate([a.doubles, b.doubles])])
+    if not rows.size:
+        return ()
+    named = ", ".join(str(row) for row in rows[:NAMED_ROWS]) + (", ..." if rows.size > NAMED_ROWS else "")
+    words = f"A track has one plot at an instant; further ones of the same radar were left out: rows {named}."
+    return (Note("same_instant", words, rows.size),)
 
 
 def _take(

@@ -41,6 +41,8 @@ class RadarTracks:
     tracks: list[Track]
     sides: list[Side]
     times: list[Floats]
+    doubles: Ints
+    """Plots that were left out because their track has another one at the same instant."""
 
 
 def tracks_of(recording: PolarPlots, plots: Plots, radar: int, p: TrackParameters) -> RadarTracks:
@@ -55,22 +57,23 @@ def tracks_of(recording: PolarPlots, plots: Plots, radar: int, p: TrackParameter
         covariance = np.stack([points.xx[:, 0], points.yy[:, 0], points.xy[:, 0]], axis=1)
         looks = [look.rows[radar] for look in plots.looks]
         rows = linked(looks, recording.time_s, place, covariance, p.max_speed_mps)
-    rows = [_once_each(recording, r) for r in rows if r.size]
+    parted = [_once_each(recording, r) for r in rows if r.size]
+    rows = [once for once, _ in parted]
+    doubles = np.concatenate([again for _, again in parted]) if parted else np.empty(0, np.int64)
     sides = [side_of(plots, radar, r) for r in rows]
     times = [recording.time_s[r] for r in rows]
     made = [
         filtered(r, t, s, p.conversion, p.acceleration_density_m2ps3)
         for r, t, s in zip(rows, times, sides, strict=True)
     ]
-    return RadarTracks(radar, made, sides, times)
+    return RadarTracks(radar, made, sides, times, doubles)
 
 
-def _once_each(recording: PolarPlots, rows: Ints) -> Ints:
-    """Plots at rising instants; of several at one instant the first, because a track moves between its plots."""
+def _once_each(recording: PolarPlots, rows: Ints) -> tuple[Ints, Ints]:
+    """Part plots into the first of each instant and the others: a track moves between its plots."""
     time = recording.time_s[rows]
     keep = np.concatenate([[True], np.diff(time) > 0])
-    once: Ints = rows[keep]
-    return once
+    return rows[keep], rows[~keep]
 
 
 def track_statistics(

@@ -188,6 +188,7 @@ export const sentences = {
   "The azimuth error of radar {1}, {2} degrees, is larger than any radar's: probably a value in degrees was taken for radians and converted.": "Ошибка азимута РЛС {1}, {2} градусов, больше, чем бывает: вероятно, значение в градусах приняли за радианы и пересчитали.",
   "Give it in degrees, 1 for one degree.": "Задайте её в градусах: 1 – один градус.",
   "Slant ranges without an altitude are taken for ground ranges.": "Наклонные дальности без высоты приняты за горизонтальные.",
+  "A track has one plot at an instant; further ones of the same radar were left out: rows {1}{2}.": "В один момент у трассы одна отметка; остальные отметки той же РЛС не использованы: строки {1}{2}.",
   "The azimuth error of radar {1} is unusually large.": "Ошибка азимута РЛС {1} необычно велика.",
   "A range error of {1} m (radar {2}) is unusual: check its unit.": "Ошибка дальности {1} м (РЛС {2}) необычна: проверьте единицу.",
   "The plots from {1} s on follow each other for {2} s without a pause, and they have no scan numbers, so nothing tells which of them belong to one look.": "Отметки начиная с {1} с идут без паузы {2} с, и номеров обзора у них нет: неизвестно, какие из них относятся к одному обзору.",

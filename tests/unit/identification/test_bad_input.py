@@ -107,6 +107,17 @@ def test_a_wrong_clock_is_an_alarm_of_tracks() -> None:
     assert "registration_alarm" in notes(result)
 
 
+def test_two_plots_of_a_track_at_one_instant_are_counted_and_named() -> None:
+    plots = simulated("two_radars_tracks", scans=6)
+    order = np.sort(np.concatenate([np.arange(len(plots)), [4]]))
+    double = replace(plots.take(order), row=np.arange(1, order.size + 1))
+    result = run(double, "track_association")
+    (note,) = (n for n in result.notes if n.code == "same_instant")
+    assert note.count == 1
+    assert note.detail.endswith("rows 6.")
+    assert "same_instant" not in notes(run(plots, "track_association"))
+
+
 @pytest.mark.parametrize(
     ("range_m", "word"), [(-1.0, "unusable"), (0.0, "unusable"), (np.inf, "unusable"), (np.nan, "unusable")]
 )
