@@ -56,7 +56,7 @@ export class RowsEditor extends HTMLElement {
     this.note = h("div", { class: "small bad", "aria-live": "polite" });
     put(this,
       h("div", { class: "scroll" }, h("table", { class: "edit" },
-        h("thead", null, h("tr", null, columns.map((one) => h("th", { scope: "col", title: one.description }, one.title, one.unit && one.unit !== "1" ? h("span", { class: "muted" }, `, ${one.unit}`) : null)), h("th", null))),
+        h("thead", null, h("tr", null, columns.map((one) => h("th", { scope: "col", title: one.description }, one.title, one.unit && one.unit !== "1" ? h("span", { class: "muted" }, `, ${one.unit}`) : null)), h("td"))),
         h("tbody", null, rows.map((row, i) => h("tr", null,
           columns.map((one) => h("td", { class: one.type === "text" || one.type === "choice" ? "text" : null }, this.cell(one, row, i))),
           h("td", null, h("button", { type: "button", class: "plain", title: t("scenarios.drop"), "aria-label": `${t("scenarios.drop")}: ${this.label} ${i + 1}`, onclick: () => this.take(rows.filter((_, k) => k !== i)) }, icon("close"))))))) ),

@@ -325,7 +325,7 @@ export class ScenarioEditor extends HTMLElement {
     return h("div", { class: "scroll" },
       h("table", { class: "edit" },
         h("thead", null, h("tr", null, columns.map((one) => h("th", { scope: "col", title: one.description }, one.title, one.unit && one.unit !== "1" ? h("span", { class: "muted" }, `, ${one.unit}`) : null)),
-          h("th", null, specs.some((one) => one.advanced) && !wide ? h("button", { class: "link small", type: "button", onclick: () => { this.wide.add(pointer); this.draw(); } }, t("scenarios.more_columns")) : null))),
+          h("td", null, specs.some((one) => one.advanced) && !wide ? h("button", { class: "link small", type: "button", onclick: () => { this.wide.add(pointer); this.draw(); } }, t("scenarios.more_columns")) : null))),
         h("tbody", null, rows.map((row, i) => h("tr", null, columns.map((one) => cell(one, row, i)), h("td", null, drop(i)))))));
   }
 
