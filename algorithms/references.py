@@ -47,6 +47,14 @@ REFERENCES: dict[str, str] = {
         "A. V. Prosov. Analysis of the effect of linearisation errors of radar measurements on the reliability of "
         "associating data from spatially separated radars. 2008 (in Russian)."
     ),
+    "schuhmacher2008": (
+        "D. Schuhmacher, B.-T. Vo, B.-N. Vo. A consistent metric for performance evaluation of multi-object filters. "
+        "IEEE Trans. SP 56 (8), 2008, pp. 3447-3457."
+    ),
+    "rahmathullah2017": (
+        "A. S. Rahmathullah, A. F. Garcia-Fernandez, L. Svensson. Generalized optimal sub-pattern assignment metric. "
+        "20th International Conference on Information Fusion, 2017."
+    ),
     "plots2006": ("Radar data processing algorithm for manoeuvring targets. 2006 (in Russian)."),
     "lerro1993": (
         "D. Lerro, Y. Bar-Shalom. Tracking with debiased consistent converted measurements versus EKF. IEEE Trans. "

@@ -8,6 +8,7 @@ sqrt(sum of squares / count), a share is hits / cases, NIS is the sum of NIS ove
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,9 @@ class Tally:
         return self.numerator.ndim == 1
 
 
+SampleKind = Literal["size", "signed", "drawn"]
+
+
 @dataclass(frozen=True)
 class Sample:
     """Values whose median and other quantiles are wanted.
@@ -60,12 +64,15 @@ class Sample:
     name, unit : `horizontal_m` gives `median_horizontal_m`, `p90_horizontal_m`, ...
     values : (T, L) or (L,); NaN = none
     curve : median and 90 % point are wanted at each instant too
+    kind : `size` of an error, from 0 up: its large values count; `signed`: the middle 68 % count (16 % point, median,
+        84 % point); `drawn`: no quantile is wanted, the first few trials are drawn one by one
     """
 
     name: str
     unit: str
     values: NDArray[np.float32]
     curve: bool = False
+    kind: SampleKind = "size"
 
 
 @dataclass(frozen=True)

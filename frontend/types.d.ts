@@ -360,6 +360,8 @@ export interface TableData {
 }
 
 export interface TraceMeta {
+  /** How the page paints the markers of a crowd. */
+  dot?: { symbol: string; size: number; colour: string; opacity: number; stroke: number };
   role?: "series" | "truth" | "station" | "measurement" | "bound" | "interval" | "rejected";
   label?: string | null;
   index?: number;
@@ -384,7 +386,7 @@ export interface PlotlyLibrary {
   react(element: HTMLElement, data: Trace[], layout: object, config?: object): Promise<void>;
   relayout(element: HTMLElement, update: object): Promise<void>;
   purge(element: HTMLElement): void;
-  toImage(element: HTMLElement, options: object): Promise<string>;
+  toImage(figure: Figure & { config?: object }, options: object): Promise<string>;
   register(module: object): void;
   Plots: { resize(element: HTMLElement): void };
 }

@@ -54,6 +54,9 @@ def states(recording: Recording, **more: Any) -> Table:
         "north_m": truth[:, 1] + 40,
         "up_m": truth[:, 2] + 5,
         "velocity_east_mps": np.full(count, 200.0),
+        "velocity_north_mps": np.zeros(count),
+        "velocity_up_mps": np.zeros(count),
+        **{f"acceleration_{axis}_mps2": np.full(count, 1.0) for axis in ("east", "north", "up")},
         "sigma_east_m": np.full(count, 60.0),
         "sigma_north_m": np.full(count, 80.0),
         "sigma_up_m": np.full(count, 100.0),
@@ -101,8 +104,22 @@ def receivers(suspect: tuple[float, float, float, float] = (0.0, 1.0, np.nan, 0.
 
 def entry(label: str, index: int, tables: Mapping[str, Table], recording: Recording | None = None) -> Entry:
     held = arrays(recording) if isinstance(recording, ToaMarks) else {}
-    held |= pair_values()
+    held |= pair_values() | path_values()
     return Entry(label, index, "rdf", lambda name: tables.get(name, Table({})), lambda: held)
+
+
+def path_values() -> dict[str, Any]:
+    """Places of six trials at five instants of two cells, along and across a base line; the true path is straight."""
+    across = np.broadcast_to(np.linspace(-3000.0, 3000.0, 5)[:, None], (2, 5, 6))
+    along = np.full((2, 5, 6), 15_000.0)
+    wild = np.linspace(-1.0, 1.0, 6) * np.array([5000.0, 1000.0, 500.0, 400.0, 300.0])[:, None]
+    estimated = np.where(np.arange(5)[:, None] == 0, np.nan, along + wild)
+    return {
+        "trials/place_along_m": estimated,
+        "trials/place_across_m": np.where(np.isnan(estimated), np.nan, across),
+        "trials/true_place_along_m": along,
+        "trials/true_place_across_m": across,
+    }
 
 
 def run(recording: Recording, *tables: Mapping[str, Table], labels: tuple[str, ...] = ("a", "b", "c")) -> RunView:
@@ -145,6 +162,10 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
     for name, factor in (("rms", 1.0), ("sd", 0.9), ("mean", -0.4), ("bound_3", 0.5), ("bound_4", 0.7)):
         columns[f"crossing_distance_{name}_m"] = factor * growing
     columns |= {f"crossing_distance_rms_m_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}
+    columns |= {"radial_bias_m": -growing, "probability_correct": growing / (100 * scale)}
+    for name, factor in (("p16", -1.2), ("median", -0.1), ("p84", 0.9)):
+        columns[f"{name}_crossing_distance_error_m"] = factor * growing
+    columns["answered_share"] = np.array([0.0, 0.5, 0.9, 1.0, 1.0] * 2)
     for name in ("up_m", "velocity_up_mps"):
         columns |= {f"rms_{name}": growing, f"bound_{name}": 0.5 * growing}
         columns |= {f"rms_{name}_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}
@@ -192,6 +213,23 @@ def plots(count: int = 4, **more: Any) -> PolarPlots:
         "callsign": np.full(count, -1),
     }
     return PolarPlots(**(fields | more))
+
+
+def two_radars(count: int = 4) -> PolarPlots:
+    """Plots of two radars in turn, all of one target 10 km to the east of the first."""
+    k = np.arange(count)
+    radars = [
+        {"name": name, "east_m": east, "north_m": 0.0, "sigma_range_m": 50.0, "sigma_azimuth_deg": 1.0}
+        for name, east in (("west", 0.0), ("east", 5_000.0))
+    ]
+    return plots(
+        count,
+        radar=k % 2,
+        radars=("west", "east"),
+        range_m=np.where(k % 2, 5_000.0, 10_000.0)[:, None],
+        truth_m=np.tile([10_000.0, 0.0, 0.0], (count, 1)),
+        site=Site.model_validate({"radars": radars}),
+    )
 
 
 def antenna(count: int = 4) -> AntennaPlots:

@@ -17,6 +17,8 @@ SHARES = {
     "probability_undecided_none": (0.1, 0.1),
     "probability_undecided_several": (0.1, 0.2),
     "assignment_correct": (0.98, 0.95),
+    "plot_nees": (1.0, 1.1),
+    "false_rejection": (0.011, 0.02),
 }
 
 

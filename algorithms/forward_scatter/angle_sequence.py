@@ -54,8 +54,8 @@ class AngleOptions(NamedTuple):
     sigma: float
     sigma_rate: float
     sigma_phi: float
-    interval: float
-    """T, s: median interval between epochs."""
+    zone: float
+    """Half width of the zone round the crossing in which (20), and the slope from the ends, are not used, s."""
     a: float
     wavelength: float
 
@@ -114,19 +114,18 @@ def distance_at_height(gamma, omega, height, a, wavelength):
 
 
 @strict
-def _angular_velocity(time, phi, k, lane, tau, o, t, v, weight, line, held):
-    """Angular velocity and its variance; `held` where (20) is not to be used."""
+def _angular_velocity(time, phi, k, lane, tau, o, t, v, weight, line, held, together):
+    """Angular velocity and its variance; `held` where (20) is not to be used.
+
+    `together` (5,) are sums over the azimuths so far: number, times, their squares, tan(phi), tan(phi) times the time,
+    each time counted from the first epoch.
+    """
     count = 0
     if o.omega == REGRESSION:
-        along = 0.0
-        square = 0.0
-        for i in range(k + 1):
-            if np.isfinite(phi[i, lane]):
-                d = time[i] - tau
-                along += np.tan(phi[i, lane]) * d
-                square += d * d
-                count += 1
-        if count < 2 or square <= 0.0:
+        back = tau - time[0]
+        along = together[4] - back * together[3]
+        square = together[2] - 2.0 * back * together[1] + back * back * together[0]
+        if together[0] < 2.0 or square <= 0.0:
             return np.nan, np.nan
         return along / square, o.sigma_phi**2 / square
     for i in range(max(0, k - o.window + 1), k + 1):
@@ -139,7 +138,7 @@ def _angular_velocity(time, phi, k, lane, tau, o, t, v, weight, line, held):
     if o.omega == SLOPE:
         return line[2], o.sigma_phi**2 / line[3]
     away = line[0] - tau
-    if abs(away) < 0.5 * o.window * o.interval:
+    if abs(away) < o.zone:
         return held[0], held[1]
     return line[1] / away, o.sigma_phi**2 / (line[4] * away * away)
 
@@ -154,6 +153,7 @@ def follow_angle(time, f, rate, phi, elevation, o, out):
     weight = np.empty(o.window)
     line = np.empty(5)
     held = np.empty(2)
+    together = np.empty(5)
     fewest = FEWEST_PLAIN if o.robust == PLAIN else FEWEST_ROBUST
     for lane in range(lanes):
         forget(memory)
@@ -163,8 +163,17 @@ def follow_angle(time, f, rate, phi, elevation, o, out):
         gamma_variance = np.nan
         was_frozen = False
         held[:] = np.nan
+        together[:] = 0.0
         for k in range(epochs):
             count = 0
+            if np.isfinite(phi[k, lane]):
+                since = time[k] - time[0]
+                tangent = np.tan(phi[k, lane])
+                together[0] += 1.0
+                together[1] += since
+                together[2] += since * since
+                together[3] += tangent
+                together[4] += tangent * since
             for i in range(max(0, k - o.window + 1), k + 1):
                 if np.isfinite(f[i, 0, lane]):
                     t[count] = time[i]
@@ -194,11 +203,11 @@ def follow_angle(time, f, rate, phi, elevation, o, out):
                 gamma, gamma_variance = slope_with_rate(line[2], line[3], measured, n, o.sigma, o.sigma_rate)
             was_frozen = frozen
             away = line[0] - tau
-            if o.gamma == GAMMA_END and abs(away) >= 0.5 * o.window * o.interval:
+            if o.gamma == GAMMA_END and abs(away) >= o.zone:
                 gamma = line[1] / away
                 gamma_variance = (o.sigma / away) ** 2 / line[4]
             fc_count = line[4]
-            omega, omega_variance = _angular_velocity(time, phi, k, lane, tau, o, t, v, weight, line, held)
+            omega, omega_variance = _angular_velocity(time, phi, k, lane, tau, o, t, v, weight, line, held, together)
             held[0] = omega
             held[1] = omega_variance
             out.gamma[k, lane] = gamma

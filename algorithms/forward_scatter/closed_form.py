@@ -8,8 +8,8 @@ With D = tau_2 - tau_1, gamma = (c_11 + c_12) / 2 and omega = -(lambda / b) df (
     (19)  s = a lambda gamma / (lambda gamma - a omega^2)
 
 (14) is in (0, a) if and only if omega D > 0. (17) as printed depends on the origin of time: it drops the term
-(c_11 - c_12) t, so the caller chooses from where its times count. Errors follow from those of tau_1, tau_2, omega and
-gamma by linearisation; before a receiver's crossing is kept, they come from the same window and are correlated.
+(c_11 - c_12) t, so the caller chooses from where its times count. Errors follow from those of tau_1, tau_2, omega,
+c_11 and c_12 by linearisation.
 
 References
 ----------
@@ -49,29 +49,29 @@ def distance(formula, tau1, tau2, omega, slope1, slope2, origin, a, b, wavelengt
 
 @strict
 def errors_of_answer(formula, value, covariance, origin, a, b, wavelength, answer):
-    """Covariance of (tau, s, v_y) into `answer` (3, 3) from that of `value` = (tau_1, tau_2, omega, gamma)."""
-    gradient = np.zeros((3, 4))
+    """Covariance of (tau, s, v_y) into `answer` (3, 3) from that of `value` = (tau_1, tau_2, omega, c_11, c_12)."""
+    gradient = np.zeros((3, 5))
     high = np.empty(2)
     low = np.empty(2)
     moved = value.copy()
     gradient[0, 0] = 0.5
     gradient[0, 1] = 0.5
-    for i in range(4):
+    for i in range(5):
         step = 1e-4 * np.sqrt(covariance[i, i])
         if step <= 0.0:
             continue
         moved[i] = value[i] + step
-        distance(formula, moved[0], moved[1], moved[2], moved[3], moved[3], origin, a, b, wavelength, high)
+        distance(formula, moved[0], moved[1], moved[2], moved[3], moved[4], origin, a, b, wavelength, high)
         moved[i] = value[i] - step
-        distance(formula, moved[0], moved[1], moved[2], moved[3], moved[3], origin, a, b, wavelength, low)
+        distance(formula, moved[0], moved[1], moved[2], moved[3], moved[4], origin, a, b, wavelength, low)
         moved[i] = value[i]
         gradient[1, i] = (high[0] - low[0]) / (2.0 * step)
         gradient[2, i] = (high[0] * high[1] - low[0] * low[1]) / (2.0 * step)
     for p in range(3):
         for q in range(p + 1):
             total = 0.0
-            for i in range(4):
-                for j in range(4):
+            for i in range(5):
+                for j in range(5):
                     total += gradient[p, i] * covariance[i, j] * gradient[q, j]
             answer[p, q] = total
             answer[q, p] = total

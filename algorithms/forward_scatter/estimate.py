@@ -10,57 +10,22 @@ specification 2, 4 (step 7), 10.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
+from algorithms.forward_scatter.calibration import widen
 from algorithms.forward_scatter.conditions import Conditions, median_interval
+from algorithms.forward_scatter.doubts import doubts, sign_notes
 from algorithms.forward_scatter.motion import UNKNOWNS, doppler_rows
-from algorithms.forward_scatter.outputs import ANSWERED, HELD, INSUFFICIENT, LINE_OUTPUTS, NO_VALUES
+from algorithms.forward_scatter.outputs import ANSWERED, HELD, INSUFFICIENT
 from algorithms.forward_scatter.parameters import GAP_INTERVALS, ScatterParameters
-from algorithms.forward_scatter.passes import passes, signs
+from algorithms.forward_scatter.passes import JUMPS, TURNS, passes, signs
+from algorithms.forward_scatter.piece import Arrays, Method, Piece, empty_arrays
 from algorithms.recording import DopplerPairs
 from algorithms.result import Note
 from algorithms.spec import RunContext
 
 Floats = NDArray[np.float64]
-Arrays = dict[str, NDArray[np.generic]]
-
-# Warnings of specification 10.
-LARGEST_SIDE = 0.3
-SPEED_MPS = (5.0, 3000.0)
-CHI2_QUANTILE = 0.999
-FEWEST_FOR_SIGN = 6
-
-
-@dataclass(frozen=True)
-class Piece:
-    """One pass of some trials: its rows, instants and measurements, and where the answers go."""
-
-    rows: NDArray[np.int64]
-    """(K,) positions in the recording."""
-    lanes: NDArray[np.int64]
-    time: Floats
-    doppler: Floats
-    """(K, C, L)."""
-    rate: Floats
-    """(K, 2, L)."""
-    azimuth: Floats
-    """(K, L) rad from the base line, positive to its left."""
-    elevation: Floats
-    interval: float
-
-    def put(self, arrays: Arrays, name: str, values: NDArray[np.generic]) -> None:
-        """Put (K, ..., L) values of this pass into an array of the result."""
-        whole = arrays[name]
-        index = np.ix_(self.rows, *(np.arange(n) for n in whole.shape[1:-1]), self.lanes)
-        whole[index] = values
-
-
-Method = Callable[[Piece, Arrays], None]
 
 
 def estimate(
@@ -81,48 +46,18 @@ def estimate(
     arrays = empty_arrays(recording, lines=lines)
     arrays |= {name: np.full(arrays["time_s"].shape, np.nan) for name in extra}
     pieces = _pieces(recording, conditions, parameters, arrays)
-    notes = [] if parameters.unsigned else _sign_notes(recording)
+    notes = [] if parameters.unsigned else sign_notes(recording)
     for i, piece in enumerate(pieces):
         context.check_cancelled()
         method(piece, arrays)
+        widen(piece, method, parameters, conditions, arrays)
         _position(piece, conditions, arrays)
         _residuals(piece, conditions, arrays)
         context.progress((i + 1) / len(pieces))
     if not pieces:
         context.progress(1.0)
-    notes += _plausibility(pieces, conditions, arrays)
+    notes += doubts(pieces, conditions, arrays)
     return arrays, (*conditions.notes, *notes)
-
-
-def empty_arrays(recording: DopplerPairs, *, lines: bool) -> Arrays:
-    """Room for every output, filled with nothing."""
-    m, c, lanes = recording.doppler_hz.shape
-    nan = np.nan
-    arrays: Arrays = {
-        "row": recording.row.copy(),
-        "target": recording.target.copy(),
-        "time_s": np.repeat(recording.time_s[:, None], lanes, axis=1),
-        "state": np.full((m, 9, lanes), nan),
-        "covariance": np.full((m, 3, 3, lanes), nan),
-        "track": np.zeros((m, lanes), np.int64),
-        "status": np.full((m, lanes), NO_VALUES, np.int64),
-        "theta": np.full((m, UNKNOWNS, lanes), nan),
-        "theta_covariance": np.full((m, UNKNOWNS, UNKNOWNS, lanes), nan),
-        "chi2": np.full((m, lanes), nan),
-        "dof": np.zeros((m, lanes), np.int64),
-        "used": np.zeros((m, c, lanes), np.bool_),
-        "residual_hz": np.full((m, c, lanes), nan),
-    }
-    if lines:
-        arrays |= {
-            "line": np.full((m, 2, 6, lanes), nan),
-            "crossing_s": np.full((m, 2, lanes), nan),
-            "frozen": np.zeros((m, 2, lanes), np.bool_),
-            "omega_rad_s": np.full((m, lanes), nan),
-            "difference_hz": np.full((m, lanes), nan),
-        }
-        assert set(arrays) == {o.name for o in LINE_OUTPUTS}
-    return arrays
 
 
 def _pieces(
@@ -144,7 +79,8 @@ def _pieces(
         else:
             number = np.zeros((rows.size, doppler.shape[2]), np.int64)
             gap = parameters.gap_s or GAP_INTERVALS * interval
-            passes(time, doppler, conditions.sigma, float(gap), not parameters.unsigned, number)
+            how = TURNS if parameters.unsigned else JUMPS
+            passes(time, doppler, conditions.sigma, float(gap), how, number)
         track[rows] = np.where(number > 0, number + begun, 0)
         groups: dict[bytes, list[int]] = {}
         for lane in range(number.shape[1]):
@@ -263,63 +199,3 @@ def without_one_receiver(piece: Piece, arrays: Arrays) -> None:
     heard = np.logical_or.accumulate(np.isfinite(piece.doppler), axis=0).sum(axis=1)
     index = np.ix_(piece.rows, piece.lanes)
     arrays["status"][index] = np.where(heard < 2, INSUFFICIENT, arrays["status"][index])
-
-
-def _sign_notes(recording: DopplerPairs) -> list[Note]:
-    f = recording.doppler_hz[:, :, 0]
-    known = f[np.isfinite(f)]
-    if known.size >= FEWEST_FOR_SIGN * f.shape[1] and (known >= 0).all():
-        return [
-            Note(
-                "doppler_without_sign",
-                "No Doppler is negative, though every crossing goes from plus to minus: where the receiver gives "
-                "magnitudes, set `unsigned`.",
-            )
-        ]
-    return []
-
-
-def _plausibility(pieces: list[Piece], conditions: Conditions, arrays: Arrays) -> list[Note]:
-    """Warnings about the first trial's passes."""
-    counts: dict[str, int] = {}
-    for piece in pieces:
-        if 0 not in piece.lanes:
-            continue
-        rows = piece.rows
-        answered = rows[np.isin(arrays["status"][rows, 0], ANSWERED)]
-        if rising(piece):
-            counts["sign_reversed"] = counts.get("sign_reversed", 0) + 1
-        if not answered.size:
-            continue
-        _, s, vy, _, _ = np.asarray(arrays["theta"], float)[answered[-1], :, 0]
-        if not SPEED_MPS[0] <= abs(vy) <= SPEED_MPS[1]:
-            counts["speed_unlikely"] = counts.get("speed_unlikely", 0) + 1
-        local = conditions.frame.from_enu(np.asarray(arrays["state"], float)[answered[-1], ::3, 0])
-        if abs(local[1]) > LARGEST_SIDE * min(s, conditions.a - s):
-            counts["far_from_base_line"] = counts.get("far_from_base_line", 0) + 1
-        chi2, dof = float(arrays["chi2"][answered[-1], 0]), int(arrays["dof"][answered[-1], 0])
-        if dof > 0 and chi2 > stats.chi2.ppf(CHI2_QUANTILE, dof):
-            counts["chi2_large"] = counts.get("chi2_large", 0) + 1
-    said = {
-        "sign_reversed": "The Dopplers rise through the pass: the Doppler sign convention is probably reversed.",
-        "speed_unlikely": "The velocity across the base line is outside 5 to 3000 m/s: probably a wrong unit, kHz "
-        "for Hz or km for m.",
-        "far_from_base_line": "The pass ends further from the base line than 0.3 of the distance to its nearer end: "
-        "the method is made for |y| much smaller.",
-        "chi2_large": "The residuals are larger than the Doppler error allows (99.9 %): false values (set robust to "
-        "consensus), an acceleration (five unknowns), or a wrong error.",
-    }
-    return [Note(code, said[code], count) for code, count in counts.items()]
-
-
-def rising(piece: Piece) -> bool:
-    """Whether every channel of the first trial rises significantly over the whole pass."""
-    found = []
-    for c in range(piece.doppler.shape[1]):
-        f = piece.doppler[:, c, 0]
-        known = np.isfinite(f)
-        if known.sum() < FEWEST_FOR_SIGN:
-            continue
-        fit = stats.linregress(piece.time[known], f[known]) if np.ptp(piece.time[known]) > 0 else None
-        found.append(fit is not None and fit.slope > 3 * fit.stderr > 0)
-    return bool(found) and all(found)

@@ -17,13 +17,14 @@ import numpy as np
 from algorithms.errors import RecordingError
 from algorithms.forward_scatter import angle_sequence, outputs
 from algorithms.forward_scatter.conditions import conditions_of, others_of
-from algorithms.forward_scatter.estimate import Arrays, Piece, estimate
+from algorithms.forward_scatter.estimate import estimate
 from algorithms.forward_scatter.freeze import RULES
 from algorithms.forward_scatter.lines import ROBUST
 from algorithms.forward_scatter.measures import measure
 from algorithms.forward_scatter.motion import UNKNOWNS
 from algorithms.forward_scatter.outputs import OUTPUTS
 from algorithms.forward_scatter.parameters import FreezeParameters, ScatterParameters
+from algorithms.forward_scatter.piece import Arrays, Piece
 from algorithms.forward_scatter.scoring import score_with
 from algorithms.forward_scatter.sensitivity import calibration_tables
 from algorithms.forward_scatter.tables import tabulate
@@ -71,6 +72,10 @@ class AngleParameters(ScatterParameters, FreezeParameters):
         choices={"slope": "the window at the crossing", "end": "the window's Doppler over the time since the crossing"},
     )
     """How fast the Doppler falls at the crossing."""
+    zone_windows: float = parameter(
+        0.5, title="Zone without (20)", unit="1", group="motion", advanced=True, ge=0, le=10
+    )
+    """Within so many windows of the crossing (20) is singular and its last value is held; 0 = never held."""
     height_corrected: bool = parameter(False, title="Allow for the height", group="motion", advanced=True)
     """Where elevations are measured: find the distance again with the height known."""
 
@@ -110,7 +115,7 @@ def run(recording: DopplerPairs, parameters: AngleParameters, context: RunContex
             sigma=conditions.sigma,
             sigma_rate=float(parameters.sigma_doppler_rate_hz_s or 0.0),
             sigma_phi=float(np.radians(parameters.sigma_azimuth_deg)),
-            interval=piece.interval,
+            zone=parameters.zone_windows * parameters.window * piece.interval,
             a=conditions.a,
             wavelength=conditions.wavelength,
         )
@@ -196,7 +201,9 @@ ALGORITHM = Algorithm(
         "base_bound",
         "plan",
         "trials_crossing",
+        "trials_range",
         "trials_crossing_sweep",
+        "trials_paths",
     ),
     references=(Reference("scatter2014", "eqs. (19), (20)"),),
     run=run,

@@ -14,12 +14,13 @@ import numpy as np
 from algorithms.forward_scatter import fit, outputs
 from algorithms.forward_scatter.bound import position_bound
 from algorithms.forward_scatter.conditions import conditions_of, pairs_of
-from algorithms.forward_scatter.estimate import Arrays, Piece, estimate, without_one_receiver
+from algorithms.forward_scatter.estimate import estimate, without_one_receiver
 from algorithms.forward_scatter.likelihood import Problem
 from algorithms.forward_scatter.lines import PLAIN
 from algorithms.forward_scatter.measures import measure
 from algorithms.forward_scatter.outputs import OUTPUTS
 from algorithms.forward_scatter.parameters import ScatterParameters
+from algorithms.forward_scatter.piece import Arrays, Piece
 from algorithms.forward_scatter.recursive import FORMS, filter_pass
 from algorithms.forward_scatter.scoring import score_with
 from algorithms.forward_scatter.sensitivity import calibration_tables
@@ -148,7 +149,9 @@ ALGORITHM = Algorithm(
         "base_bound",
         "plan",
         "trials_crossing",
+        "trials_range",
         "trials_crossing_sweep",
+        "trials_paths",
     ),
     references=(Reference("barshalom2001", "sec. 10.3"),),
     run=run,

@@ -13,13 +13,14 @@ import numpy as np
 
 from algorithms.forward_scatter import sequence
 from algorithms.forward_scatter.conditions import Conditions, conditions_of, pairs_of
-from algorithms.forward_scatter.estimate import Arrays, Piece, estimate
+from algorithms.forward_scatter.estimate import estimate
 from algorithms.forward_scatter.freeze import RULES
 from algorithms.forward_scatter.lines import ROBUST
 from algorithms.forward_scatter.lines_method import answer_of, follow_pair, joined, put_answer
 from algorithms.forward_scatter.measures import measure
 from algorithms.forward_scatter.outputs import LINE_OUTPUTS
 from algorithms.forward_scatter.parameters import FreezeParameters, ScatterParameters
+from algorithms.forward_scatter.piece import Arrays, Piece
 from algorithms.forward_scatter.scoring import score_with
 from algorithms.forward_scatter.sensitivity import calibration_tables
 from algorithms.forward_scatter.tables import tabulate
@@ -57,14 +58,18 @@ class LinesParameters(ScatterParameters, FreezeParameters):
         choices={"window": "centre of the window", "start": "first instant, as printed"},
     )
     """From where (17) counts its times; its answer depends on it."""
-    omega: Literal["lines", "mean_difference"] = parameter(
+    omega: Literal["lines", "mean_difference", "mean_of_all"] = parameter(
         "lines",
         title="Angular velocity from",
         group="motion",
         advanced=True,
-        choices={"lines": "the two lines", "mean_difference": "the mean difference of the pairs in the window"},
+        choices={
+            "lines": "the two lines",
+            "mean_difference": "the mean difference of the pairs in the window",
+            "mean_of_all": "the mean difference of all pairs so far",
+        },
     )
-    """The two differ where values are missing."""
+    """The first two differ where values are missing only; all pairs have less noise and more curvature."""
     curvature_correction: bool = parameter(False, title="Curvature correction", group="motion", advanced=True)
     """Allow for the angular velocity being smaller beside the base line."""
 
@@ -77,7 +82,7 @@ def options_of(parameters: LinesParameters, conditions: Conditions) -> sequence.
         delay=parameters.freeze_delay,
         confirm=parameters.confirm,
         formula=parameters.formula,
-        omega=0 if parameters.omega == "lines" else 1,
+        omega=("lines", "mean_difference", "mean_of_all").index(parameters.omega),
         robust=ROBUST.index(parameters.robust),
         curvature=parameters.curvature_correction,
         from_start=parameters.formula_17_origin == "start",
@@ -180,7 +185,9 @@ ALGORITHM = Algorithm(
         "base_bound",
         "plan",
         "trials_crossing",
+        "trials_range",
         "trials_crossing_sweep",
+        "trials_paths",
     ),
     references=(Reference("scatter2014", "eqs. (3)-(19)"),),
     run=run,

@@ -17,13 +17,14 @@ from algorithms.errors import RecordingError
 from algorithms.forward_scatter import fit, outputs, sequence
 from algorithms.forward_scatter.bound import position_bound
 from algorithms.forward_scatter.conditions import Conditions, Pair, conditions_of, pairs_of
-from algorithms.forward_scatter.estimate import Arrays, Piece, estimate, held_where_thinned, without_one_receiver
+from algorithms.forward_scatter.estimate import estimate, held_where_thinned, without_one_receiver
 from algorithms.forward_scatter.likelihood import Problem
 from algorithms.forward_scatter.lines import ROBUST
 from algorithms.forward_scatter.lines_method import answer_of, follow_pair, joined
 from algorithms.forward_scatter.measures import measure
 from algorithms.forward_scatter.outputs import OUTPUTS
 from algorithms.forward_scatter.parameters import ScatterParameters
+from algorithms.forward_scatter.piece import Arrays, Piece
 from algorithms.forward_scatter.scoring import score_with
 from algorithms.forward_scatter.sensitivity import calibration_tables
 from algorithms.forward_scatter.tables import tabulate
@@ -120,7 +121,7 @@ def run(recording: DopplerPairs, parameters: LikelihoodParameters, context: RunC
         carried = np.zeros((lanes, 6))
         problem = problem_of(piece, parameters, conditions)
         if stride > 1:
-            thinned += epochs
+            thinned += epochs if 0 in piece.lanes else 0
             instants = sorted({*range(0, epochs, stride), epochs - 1})
             for k in instants:
                 context.check_cancelled()
@@ -218,7 +219,9 @@ ALGORITHM = Algorithm(
         "base_bound",
         "plan",
         "trials_crossing",
+        "trials_range",
         "trials_crossing_sweep",
+        "trials_paths",
     ),
     references=(Reference("scatter2014", "sec. 2"), Reference("more1978"), Reference("barshalom2001", "sec. 2.3")),
     run=run,

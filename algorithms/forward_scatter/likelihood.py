@@ -27,8 +27,11 @@ SCALE = (1.0, 1000.0, 10.0, 10.0, 1.0)
 LEAST_DISTANCE_M = 50.0
 PLACES = 39
 CAP_HZ2 = 25.0
-MOST_ROUNDS = 60
+MOST_ROUNDS = 100
 SMALL_STEP = 1e-9
+# Shares of the promised gain above which the damping falls, and below which it rises.
+MOST_KEPT = 0.75
+LEAST_KEPT = 0.25
 HUBER_K = 2.0
 # Free parameters that the data do not pull are held by this much information, in scaled units: it keeps the matrix
 # regular and is worth nothing against a single Doppler.
@@ -199,14 +202,24 @@ def minimise(f, weight, epochs, p, theta, unknowns, huber, info, gradient):
     cost = normal_equations(f, weight, epochs, p, theta, unknowns, huber, info, gradient)
     damping = 1e-3
     for _ in range(MOST_ROUNDS):
+        low = theta[1] <= LEAST_DISTANCE_M and gradient[1] < 0.0
+        if low or (theta[1] >= p.a - LEAST_DISTANCE_M and gradient[1] > 0.0):
+            # Held at an end of the base line, s must not push the others about.
+            gradient[1] = 0.0
+            for i in range(unknowns):
+                if i != 1:
+                    info[1, i] = 0.0
+                    info[i, 1] = 0.0
         # One that has ended must not be left by a step that only rounding makes look downhill.
         if not solve(info, gradient, damping, unknowns, lower, step):
             damping = max(10.0 * damping, 1e-6)
             continue
         size = 0.0
+        promised = 0.0
         for i in range(unknowns):
             tried[i] = theta[i] + SCALE[i] * step[i]
             size = max(size, abs(step[i]))
+            promised += 0.5 * step[i] * (gradient[i] + damping * info[i, i] * step[i])
         tried[1] = min(max(tried[1], LEAST_DISTANCE_M), p.a - LEAST_DISTANCE_M)
         lowered = cost_at(f, weight, epochs, p, tried, unknowns, huber)
         if lowered < cost:
@@ -214,7 +227,11 @@ def minimise(f, weight, epochs, p, theta, unknowns, huber, info, gradient):
             for i in range(unknowns):
                 theta[i] = tried[i]
             cost = normal_equations(f, weight, epochs, p, theta, unknowns, huber, info, gradient)
-            damping = max(damping * 0.1, 1e-12)
+            # Along a curved ridge full steps overshoot, from one side to the other: they gain less than they promise.
+            if gain > MOST_KEPT * promised:
+                damping = max(damping * 0.1, 1e-12)
+            elif gain < LEAST_KEPT * promised:
+                damping *= 5.0
             if gain < 1e-10 * (1.0 + cost) or size < SMALL_STEP:
                 return cost, True
         else:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from algorithms.forward_scatter import outputs, sequence
 from algorithms.forward_scatter.conditions import Pair, dopplers_of
-from algorithms.forward_scatter.estimate import Arrays, Piece
 from algorithms.forward_scatter.motion import UNKNOWNS
+from algorithms.forward_scatter.piece import Arrays, Piece
 
 Floats = NDArray[np.float64]
 

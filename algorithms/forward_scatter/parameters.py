@@ -9,6 +9,14 @@ from algorithms.spec import Parameters, parameter
 SIGMA_DOPPLER_HZ = 0.2
 # A silence longer than so many median intervals ends a pass.
 GAP_INTERVALS = 20.0
+# Parameters that widen the predicted errors and change no estimate.
+CALIBRATION = (
+    "sigma_clock_ms",
+    "sigma_frequency_offset_hz",
+    "sigma_spacing_percent",
+    "sigma_base_percent",
+    "sigma_wavelength_percent",
+)
 
 
 class ScatterParameters(Parameters):
@@ -47,6 +55,20 @@ class ScatterParameters(Parameters):
         None, title="Gap between passes", unit="s", group="association", advanced=True, gt=0, le=1e6
     )
     """A silence longer than this ends a pass. Empty = twenty median intervals."""
+    sigma_clock_ms: float = parameter(0.0, title="Error of the clocks", unit="ms", advanced=True, ge=0, le=1e4)
+    """Standard deviation between the clocks of the two receivers; it widens the predicted errors."""
+    sigma_frequency_offset_hz: float = parameter(
+        0.0, title="Error of the carriers", unit="Hz", advanced=True, ge=0, le=1e4
+    )
+    """Standard deviation of the frequency offset between the two receivers; it widens the predicted errors."""
+    sigma_spacing_percent: float = parameter(0.0, title="Error of the spacing", unit="%", advanced=True, ge=0, le=50)
+    """Standard deviation of the told spacing of the receivers; it widens the predicted errors."""
+    sigma_base_percent: float = parameter(0.0, title="Error of the base line", unit="%", advanced=True, ge=0, le=50)
+    """Standard deviation of the told length of the base line; it widens the predicted errors."""
+    sigma_wavelength_percent: float = parameter(
+        0.0, title="Error of the wavelength", unit="%", advanced=True, ge=0, le=50
+    )
+    """Standard deviation of the told wavelength; it widens the predicted errors."""
 
 
 class FreezeParameters(Parameters):

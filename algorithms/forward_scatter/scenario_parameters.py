@@ -54,6 +54,10 @@ class PassParameters(Parameters):
         1.0, title="Interval of the Dopplers", unit="s", symbol="T", group="timing", ge=1e-3, le=1e4
     )
     """Between two measurements, the first at 0 s."""
+    jitter_share: float = parameter(0.0, title="Irregularity", unit="1", group="timing", ge=0, le=0.25)
+    """Each instant is moved by up to so much of the interval; the instants are the same in all trials."""
+    timing_seed: int = parameter(0, title="Seed of the instants", group="timing", advanced=True, ge=0, le=2**32 - 1)
+    """Another seed gives other irregular instants."""
     observed_s: float | None = parameter(None, title="Observed time", unit="s", group="timing", ge=0, le=1e5)
     """Of each target; empty = until it is as far beyond the base line as it began before it."""
     sigma_doppler_hz: float = parameter(

@@ -19,6 +19,7 @@ from algorithms.recording import DopplerPairs
 from algorithms.result import Result
 from algorithms.scores import Sample, Scores, Tally
 from algorithms.spec import RunContext
+from algorithms.toolbox.frames.forward_scatter import ScatterFrame
 
 Floats = NDArray[np.float64]
 
@@ -28,6 +29,17 @@ NORMAL_95 = 1.959964
 
 BOUNDS = {3: "crossing_distance_bound_3_m", 4: "crossing_distance_bound_4_m"}
 """The Cramer-Rao bounds of s with the course known and unknown, of the flight that is simulated."""
+
+
+def _paths(recording: DopplerPairs, frame: ScatterFrame, state: Floats) -> tuple[Sample, ...]:
+    """Estimated and true places along and across the base line, to be drawn trial by trial."""
+    estimated = frame.from_enu(np.moveaxis(state[:, ::3], 1, -1))
+    true = np.broadcast_to(frame.from_enu(recording.truth_m)[:, None], estimated.shape)
+    return tuple(
+        Sample(f"{which}_{axis}_m", "m", places[:, :, i].astype(np.float32), kind="drawn")
+        for which, places in (("place", estimated), ("true_place", true))
+        for i, axis in enumerate(("along", "across"))
+    )
 
 
 def score_with(
@@ -99,6 +111,7 @@ def score_with(
         tallies += (Tally(name, "m", *total(limit * one, known), root=True, curve=True),)
     samples = (
         Sample("crossing_distance_m", "m", np.abs(s_error).astype(np.float32), curve=True),
-        Sample("crossing_distance_error_m", "m", s_error.astype(np.float32)),
+        Sample("crossing_distance_error_m", "m", s_error.astype(np.float32), curve=True, kind="signed"),
+        *_paths(recording, frame, state),
     )
     return Scores(tallies, samples, recording.time_s, recording.target, recording.targets)

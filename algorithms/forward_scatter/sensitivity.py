@@ -22,7 +22,7 @@ from algorithms.forward_scatter.bound import bounds_along_base
 from algorithms.forward_scatter.conditions import Conditions, conditions_of
 from algorithms.forward_scatter.motion import doppler_rows
 from algorithms.forward_scatter.outputs import ANSWERED
-from algorithms.forward_scatter.parameters import ScatterParameters
+from algorithms.forward_scatter.parameters import CALIBRATION, ScatterParameters
 from algorithms.recording import DopplerPairs
 from algorithms.result import Result, Table
 from algorithms.site import Site, Terminal
@@ -131,7 +131,8 @@ def _sensitivities(
         azimuth_rad=(np.pi / 2 - bearing - phi)[:, None],
         elevation_rad=np.full((time.size, 1), np.nan),
     )
-    told = parameters.model_copy(update={"passes": "one", "unsigned": False})
+    known = dict.fromkeys(CALIBRATION, 0.0)
+    told = parameters.model_copy(update={"passes": "one", "unsigned": False, **known})
 
     def distance(of: DopplerPairs, with_wavelength: float | None = None) -> float:
         asked = told if with_wavelength is None else told.model_copy(update={"wavelength_m": with_wavelength})

@@ -6,7 +6,8 @@ the pass; missing values in it are skipped.
 References
 ----------
 scatter2014, eqs. (3)-(19); specification 4. Differences from the paper: lines in centred form, rules of freezing,
-confirmation, robust lines, predicted errors, formulas (18), (19) and the curvature correction by choice.
+confirmation, robust lines, predicted errors (also between a kept crossing and windows that share values with its
+own), formulas (18), (19) and the curvature correction by choice.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from algorithms.forward_scatter.closed_form import distance, errors_of_answer
 from algorithms.forward_scatter.freeze import (
     CONFIRMED,
     FROZEN,
+    HAS,
     KEPT_VARIANCE,
     MEMORY,
     NEVER,
@@ -32,7 +34,7 @@ from algorithms.toolbox.kernels import strict
 # What became of an epoch.
 NO_DATA, NO_LINE, NO_CROSSING, INVALID, EXTRAPOLATED, CROSSED = range(6)
 
-LINES, MEAN_DIFFERENCE = range(2)
+LINES, MEAN_DIFFERENCE, MEAN_OF_ALL = range(3)
 # (omega (t_c - tau))^2 is not believed beyond this in the curvature correction.
 LARGEST_CURVATURE = 0.25
 CURVATURE_ROUNDS = 3
@@ -122,6 +124,39 @@ def slope_with_rate(slope, stt, rate, n, sigma, sigma_rate):
 
 
 @strict
+def add_pair(t, difference, together):
+    """Add a pair to `together` = (pairs, their times, their differences); one that lacks a half adds nothing."""
+    if np.isfinite(difference):
+        together[0] += 1.0
+        together[1] += t
+        together[2] += difference
+
+
+@strict
+def shared_errors(time, f, j, lane, now, then, o, lines, pairs, shared):
+    """Covariances of what receiver j's line was made of `then` and is `now`, because windows share values.
+
+    Into `shared` (4,): mean with mean, mean with slope, slope with mean, slope with slope; then before now. The mean
+    now is that of the difference of the Dopplers, of `pairs` values.
+    """
+    variance = o.sigma * o.sigma
+    shared[:] = 0.0
+    tc, n = lines[then, j, 0, lane], lines[then, j, 4, lane]
+    for i in range(max(0, now - o.window + 1), then + 1):
+        if np.isfinite(f[i, j, lane]):
+            before = time[i] - tc
+            after = time[i] - lines[now, j, 0, lane]
+            shared[0] += variance / (n * pairs)
+            shared[1] += variance * after / (n * lines[now, j, 3, lane])
+            shared[2] += variance * before / (lines[then, j, 3, lane] * pairs)
+            shared[3] += variance * before * after / (lines[then, j, 3, lane] * lines[now, j, 3, lane])
+    if o.omega == MEAN_OF_ALL:
+        # All of the values then are among those now, and their slope is nothing to their mean.
+        shared[0] = variance / pairs
+        shared[2] = 0.0
+
+
+@strict
 def follow(time, f, rate, o, out):
     """Go through a pass: time (K,) s, f and rate (K, 2, L) of the lower and the upper receiver."""
     epochs, _, lanes = f.shape
@@ -135,18 +170,26 @@ def follow(time, f, rate, o, out):
     fresh = np.empty(2, np.bool_)
     slope = np.empty(2)
     slope_variance = np.empty(2)
-    covariance = np.empty((4, 4))
-    value = np.empty(4)
+    covariance = np.empty((5, 5))
+    value = np.empty(5)
+    shared = np.empty(4)
+    kept_at = np.zeros(2, np.int64)
+    held = np.zeros(2, np.bool_)
     answer = np.empty((3, 3))
     found = np.empty(2)
+    together = np.empty(3)
     fewest = FEWEST_PLAIN if o.robust == PLAIN else FEWEST_ROBUST
     for lane in range(lanes):
         forget(memory)
         raw[:] = np.nan
         variance[:] = np.nan
+        together[:] = 0.0
+        held[:] = False
         for k in range(epochs):
             have = True
             enough = True
+            if o.omega == MEAN_OF_ALL:
+                add_pair(time[k], f[k, 0, lane] - f[k, 1, lane], together)
             for j in range(2):
                 count = 0
                 for i in range(max(0, k - o.window + 1), k + 1):
@@ -183,12 +226,17 @@ def follow(time, f, rate, o, out):
                 kept = crossing(memory, j, raw[j], variance[j], fresh[j], crossed, o.rule, o.delay, o.confirm)
                 out.tau[k, j, lane] = kept
                 out.frozen[k, j, lane] = memory[j, FROZEN] > 0.0
+                if memory[j, HAS] == 0.0 or not held[j]:
+                    kept_at[j] = k
+                held[j] = memory[j, HAS] > 0.0
             if not have:
                 out.status[k, lane] = NO_LINE if enough or k > 0 else NO_DATA
                 continue
             tau1 = out.tau[k, 0, lane]
             tau2 = out.tau[k, 1, lane]
             centre = 0.5 * (out.line[k, 0, 0, lane] + out.line[k, 1, 0, lane])
+            middle = centre
+            pairs = 0.5 * (out.line[k, 0, 4, lane] + out.line[k, 1, 4, lane])
             df = 0.0
             if o.omega == LINES:
                 for j in range(2):
@@ -196,20 +244,21 @@ def follow(time, f, rate, o, out):
                     at = centre - out.line[k, j, 0, lane]
                     df += sign * (out.line[k, j, 1, lane] + out.line[k, j, 2, lane] * at)
             else:
-                n = 0
-                for i in range(max(0, k - o.window + 1), k + 1):
-                    one = f[i, 0, lane] - f[i, 1, lane]
-                    if np.isfinite(one):
-                        df += one
-                        n += 1
-                df = df / n if n > 0 else np.nan
+                if o.omega == MEAN_DIFFERENCE:
+                    together[:] = 0.0
+                    for i in range(max(0, k - o.window + 1), k + 1):
+                        add_pair(time[i], f[i, 0, lane] - f[i, 1, lane], together)
+                # The difference is that at the pairs' own mean time; the curvature correction must know it.
+                pairs = max(together[0], 1.0)
+                df = together[2] / together[0] if together[0] > 0.0 else np.nan
+                middle = together[1] / pairs
             out.difference[k, lane] = df
             omega = -(o.wavelength / o.b) * df
             tau = 0.5 * (tau1 + tau2)
             if o.curvature:
                 plain = omega
                 for _ in range(CURVATURE_ROUNDS):
-                    omega = plain * (1.0 + min((omega * (centre - tau)) ** 2, LARGEST_CURVATURE)) ** 1.5
+                    omega = plain * (1.0 + min((omega * (middle - tau)) ** 2, LARGEST_CURVATURE)) ** 1.5
             if not np.isfinite(tau) or not np.isfinite(omega):
                 out.omega[k, lane] = omega
                 out.status[k, lane] = NO_CROSSING
@@ -228,27 +277,29 @@ def follow(time, f, rate, o, out):
             for j in range(2):
                 seen = seen and (memory[j, CONFIRMED] > 0.0 if o.rule != NEVER else tau1 <= time[k] and tau2 <= time[k])
             out.status[k, lane] = CROSSED if seen else EXTRAPOLATED
-            # Errors of tau_1, tau_2, omega, gamma; those of a kept crossing are old and belong to no one else.
-            covariance[:] = 0.0
+            # Errors of tau_1, tau_2, omega and both slopes.
             gamma = 0.5 * (slope[0] + slope[1])
-            n = 0.5 * (out.line[k, 0, 4, lane] + out.line[k, 1, 4, lane])
-            noise = o.sigma * o.sigma / n
+            per_omega = -o.wavelength / o.b
+            covariance[:] = 0.0
             for j in range(2):
-                kept = memory[j, FROZEN] > 0.0
-                covariance[j, j] = memory[j, KEPT_VARIANCE] if kept else variance[j]
-                if not kept and gamma < 0.0:
+                covariance[j, j] = memory[j, KEPT_VARIANCE] if memory[j, FROZEN] > 0.0 else variance[j]
+                covariance[3 + j, 3 + j] = slope_variance[j]
+                if gamma < 0.0:
+                    kept = kept_at[j] if memory[j, HAS] > 0.0 else k
+                    shared_errors(time, f, j, lane, k, kept, o, out.line, pairs, shared)
+                    share = slope_variance[j] * out.line[k, j, 3, lane] / (o.sigma * o.sigma)
+                    back = out.tau[k, j, lane] - out.line[kept, j, 0, lane]
                     sign = 1.0 if j == 0 else -1.0
-                    covariance[j, 2] = sign * (o.wavelength / o.b) * noise / gamma
-                    back = out.line[k, j, 0, lane] - out.tau[k, j, lane]
-                    covariance[j, 3] = 0.5 * back / gamma * slope_variance[j]
+                    covariance[j, 2] = -sign * per_omega * (shared[0] + back * shared[2]) / gamma
+                    covariance[j, 3 + j] = -share * (shared[1] + back * shared[3]) / gamma
                     covariance[2, j] = covariance[j, 2]
-                    covariance[3, j] = covariance[j, 3]
-            covariance[2, 2] = 2.0 * (o.wavelength / o.b) ** 2 * noise
-            covariance[3, 3] = 0.25 * (slope_variance[0] + slope_variance[1])
+                    covariance[3 + j, j] = covariance[j, 3 + j]
+            covariance[2, 2] = 2.0 * per_omega * per_omega * o.sigma * o.sigma / pairs
             value[0] = tau1
             value[1] = tau2
             value[2] = omega
-            value[3] = gamma
+            value[3] = slope[0]
+            value[4] = slope[1]
             errors_of_answer(o.formula, value, covariance, origin, o.a, o.b, o.wavelength, answer)
             for p in range(3):
                 for q in range(3):

@@ -21,6 +21,7 @@ from algorithms.recording import DopplerPairs
 from algorithms.site import Site, Terminal
 from algorithms.spec import Leg, trial_stream
 from algorithms.toolbox.frames.forward_scatter import ScatterFrame
+from algorithms.toolbox.scenario.timing import timing_stream
 from algorithms.toolbox.sensors.doppler import doppler_hz
 
 Floats = NDArray[np.float64]
@@ -129,16 +130,17 @@ def _instants(p: PassParameters, tau: float) -> tuple[Floats, NDArray[np.int64]]
             pointer="/period_s",
             remedy="Make the observation shorter or the measurements rarer.",
         )
-    if p.targets > 1 and p.target_interval_s <= (count - 1) * p.period_s:
+    if p.targets > 1 and p.target_interval_s <= (count - 1 + 2 * p.jitter_share) * p.period_s:
         raise ParameterError(
             f"A pass lasts {(count - 1) * p.period_s:g} s, so the next target cannot come after "
             f"{p.target_interval_s:g} s.",
             pointer="/target_interval_s",
             remedy="Make it longer, or observe each target for a shorter time.",
         )
-    one = p.period_s * np.arange(count)
-    time = np.concatenate([one + i * p.target_interval_s for i in range(p.targets)])
-    return time, np.repeat(np.arange(p.targets), count)
+    # Up to a quarter of an interval: then neighbours stay in order, and no leg holds two of them.
+    moved = p.jitter_share * (2 * timing_stream(p.timing_seed, 0).random((p.targets, count)) - 1)
+    each = np.maximum(p.period_s * (np.arange(count) + moved), 0.0)
+    return (each + p.target_interval_s * np.arange(p.targets)[:, None]).ravel(), np.repeat(np.arange(p.targets), count)
 
 
 def _truth(

@@ -2,8 +2,8 @@
 
 Each pair has the likelihood that both plots are one target at an unknown place; each plot may also be a false one, or
 that of a target which the other radar missed. The most likely set of pairs solves a linear assignment; probabilities
-are sums over all sets, exact up to fourteen plots a group, beyond with a stated error. A pair is accepted where it is
-probable enough, else left undecided.
+are sums over all sets, exact up to `exact_plots` plots a group, beyond with a stated error. A pair is accepted where it
+is probable enough, else left undecided.
 
 References
 ----------
@@ -24,7 +24,7 @@ from algorithms.identification.matching import matched, scores_of
 from algorithms.identification.measures import measure
 from algorithms.identification.outputs import ACCEPTED, ALONE, PLOT_OUTPUTS
 from algorithms.identification.pairs import PairStatistics
-from algorithms.identification.parameters import DetectionParameters, PairParameters
+from algorithms.identification.parameters import DetectionParameters, ExactParameters, PairParameters
 from algorithms.identification.scoring import score_looks
 from algorithms.identification.tables import tabulate
 from algorithms.recording import PolarPlots
@@ -33,14 +33,15 @@ from algorithms.scores import Scores
 from algorithms.spec import Algorithm, Reference, RunContext
 
 
-class AssignmentParameters(DetectionParameters, PairParameters):
+class AssignmentParameters(ExactParameters, DetectionParameters, PairParameters):
     """What the assignment knows."""
 
 
 def _decide(parameters: AssignmentParameters) -> Decide:
     def decide(found: PairStatistics) -> Decided:
         n, m, lanes = found.statistic.shape
-        done = matched(scores_of(found.cost, found.statistic, parameters), found.statistic, parameters)
+        score = scores_of(found.cost, found.statistic, parameters)
+        done = matched(score, found.statistic, parameters, parameters.exact_plots)
         rows = partners_both_ways(done.partner, m)
         taken = np.maximum(rows, 0)
         if n:
@@ -60,6 +61,7 @@ def _decide(parameters: AssignmentParameters) -> Decide:
             ties=(done.ties, ties),
             ranked_groups=done.ranked_groups,
             truncation=done.truncation,
+            split=done.split,
         )
 
     return decide
@@ -87,14 +89,17 @@ ALGORITHM = Algorithm(
     charts=(
         "plan",
         "pairs_plan",
+        "pair_closeup",
         "association_matrix",
         "pair_statistic",
         "trials_decisions",
         "trials_probability",
         "trials_base",
+        "trials_nonlinearity",
         "trials_placement",
         "trials_statistic",
         "trials_quantiles",
+        "trials_roc",
         "trials_tradeoff",
         "trials_reliability",
         "trials_consistency",

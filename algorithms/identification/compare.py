@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.errors import ParameterError
+from algorithms.identification.diagnosis import diagnosed
 from algorithms.identification.filled import DOF, KEPT_PAIRS, Decided, Filled, Pairs, joined_pairs, listed_pairs
-from algorithms.identification.outputs import NOT_COMPARED, REJECTED
-from algorithms.identification.pairs import PairStatistics, Side, fused, pair_statistics
+from algorithms.identification.outputs import NOT_COMPARED, ONE_LINE, REJECTED, TIED
+from algorithms.identification.pairs import PairStatistics, Side, fused, pair_statistics, points_of
 from algorithms.identification.parameters import PairParameters, TwoRadarParameters
-from algorithms.identification.plots import Look, Plots, plots_of
-from algorithms.identification.registration import Accepted, hypotheses_of, notes_of
+from algorithms.identification.plots import Look, Plots, plots_of, refuse_nothing
 from algorithms.identification.scoring import Judged
-from algorithms.identification.suspicion import suspected
 from algorithms.recording import PolarPlots
 from algorithms.result import Note, Result, Setting
 from algorithms.spec import RunContext
+from algorithms.toolbox.association.exact import EXACT_COLUMNS, LARGEST_EXACT
 from algorithms.toolbox.association.gate import gate_threshold
 
 Floats = NDArray[np.float64]
@@ -65,6 +65,7 @@ def side_of(plots: Plots, radar: int, rows: Ints) -> Side:
 def compare(recording: PolarPlots, parameters: PairParameters, context: RunContext, decide: Decide) -> Result:
     """Compare two radars look by look; a recording that is no simulation is looked at for wrong registration too."""
     plots = plots_of(recording, parameters)
+    refuse_nothing(plots)
     first, second = chosen_radars(recording, parameters)
     threshold = gate_threshold(parameters.alpha, DOF)
     lanes = plots.lanes
@@ -72,9 +73,9 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
     filled.decision[~np.isin(plots.radar, (first, second))] = NOT_COMPARED
     total = sum(look.rows[first].size * look.rows[second].size for look in plots.looks)
     pairs: list[Pairs] = []
-    unsettled = ranked = 0
+    unsettled = ranked = split = 0
     truncation = 0.0
-    registration = Accepted.nothing()
+    accepted: list[Ints] = []
     for k, look in enumerate(plots.looks):
         context.check_cancelled()
         a, b = (side_of(plots, r, look.rows[r]) for r in (first, second))
@@ -82,23 +83,23 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
         decided = decide(found)
         unsettled += found.unsettled
         ranked += decided.ranked_groups
+        split += decided.split
         truncation = max(truncation, decided.truncation)
         filled.take(recording, parameters, (look.rows[first], look.rows[second]), (a, b), found, decided)
         rows = (look.rows[first], look.rows[second])
         pairs.append(
             listed_pairs(recording, look.number, rows, found.statistic, decided.pairs, decided.pair_decision, total)
         )
-        if lanes == 1:
-            registration = registration.joined(filled.accepted((look.rows[first], look.rows[second]), (a, b), decided))
+        i = np.flatnonzero(decided.partner[0][:, 0] >= 0) if lanes == 1 else np.empty(0, np.int64)
+        accepted.append(np.stack([rows[0][i], rows[1][decided.partner[0][i, 0]]], axis=1))
         context.progress((k + 1) / len(plots.looks))
     if not plots.looks:
         context.check_cancelled()
         context.progress(1.0)
-    hypotheses = hypotheses_of(registration, first, second)
-    notes = [*plots.notes, *_notes(plots, recording, (first, second), unsettled, ranked, truncation, total)]
-    if lanes == 1:
-        # Where nothing fits, pairs are accidents and say nothing of the registration.
-        notes += suspected(plots, first, second) or notes_of(hypotheses, plots.names)
+    pairs_made = np.concatenate(accepted) if accepted else np.empty((0, 2), np.int64)
+    hypotheses, wrong = diagnosed(recording, plots, first, second, pairs_made) if lanes == 1 else ([], [])
+    notes = [*plots.notes, *_notes(plots, recording, (first, second), unsettled, total)]
+    notes += [*_doubts(filled), *exactness(parameters, split, ranked, truncation), *wrong]
     arrays = (
         filled.arrays()
         | joined_pairs(pairs, lanes)
@@ -134,6 +135,7 @@ def judged(
         decided = decide(found)
         place, covariance = fused(ends[side], ends[1 - side], parameters.conversion, decided.partner[side])
         rows = (look.rows[first], look.rows[second])
+        own = points_of(ends[side], parameters.conversion) if parameters.conversion != "polar" else None
         out.append(
             Judged(
                 time_s=_time_of(recording, look),
@@ -148,6 +150,8 @@ def judged(
                 place=place,
                 covariance=covariance,
                 threshold=threshold,
+                own_place=None if own is None else np.stack([own.x, own.y], axis=1),
+                own_covariance=None if own is None else np.stack([own.xx, own.yy, own.xy], axis=1),
             )
         )
     return out
@@ -167,8 +171,6 @@ def _notes(
     recording: PolarPlots,
     radars: tuple[int, int],
     unsettled: int,
-    ranked: int,
-    truncation: float,
     total: int,
 ) -> list[Note]:
     out = []
@@ -193,15 +195,6 @@ def _notes(
                 unsettled,
             )
         )
-    if ranked:
-        out.append(
-            Note(
-                "ranked_matchings",
-                "Groups too large for the sum over all matchings are summed over the most likely ones; no probability "
-                f"is wrong by more than {truncation:.2g}.",
-                ranked,
-            )
-        )
     if total > KEPT_PAIRS:
         out.append(
             Note("pairs_not_kept", "Pairs that cannot belong together in any trial are not listed one by one.", total)
@@ -213,6 +206,56 @@ def _notes(
                 "not_simultaneous",
                 f"Plots of one look are up to {apart:.3g} s apart, and a moving target goes on meanwhile: 1 s at "
                 "250 m/s shifts a pair by 250 m. Nothing is extrapolated; track_association does it.",
+            )
+        )
+    return out
+
+
+def exactness(parameters: object, split: int, ranked: int, truncation: float) -> list[Note]:
+    """Tell where probabilities are not one sum over all matchings, what took its place, and how exact that is."""
+    limit = getattr(parameters, "exact_plots", EXACT_COLUMNS)
+    out = []
+    if split:
+        out.append(
+            Note(
+                "groups_summed",
+                f"Looks with more than {limit} plots or tracks on the shorter side are too large for one sum over all "
+                f"matchings (exact_plots, at most {LARGEST_EXACT}). They were split into groups that no pair inside "
+                "the gate (tail 0.000001) joins, and each group of up to as many plots was summed exactly.",
+                split,
+            )
+        )
+    if ranked:
+        out.append(
+            Note(
+                "ranked_matchings",
+                f"Groups of more than {limit} plots on the shorter side were summed over their most likely matchings; "
+                f"no probability is wrong by more than {truncation:.2g}.",
+                ranked,
+            )
+        )
+    return out
+
+
+def _doubts(filled: Filled) -> list[Note]:
+    """Plots that no better method would decide."""
+    out = []
+    if (filled.reason == ONE_LINE).any():
+        out.append(
+            Note(
+                "geometry_cannot_separate",
+                "Plots are undecided because both radars look along one line there: targets beside each other at the "
+                "same range cannot be told apart. A radar beside that line would separate them.",
+                int((filled.reason == ONE_LINE).sum()),
+            )
+        )
+    if (filled.reason == TIED).any():
+        out.append(
+            Note(
+                "exact_ties",
+                "Plots have two partners that are exactly as probable, such as a plot that stands there twice; they "
+                "stay undecided.",
+                int((filled.reason == TIED).sum()),
             )
         )
     return out

@@ -7,11 +7,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.identification.outputs import ALONE, MISSING, REJECTED, UNUSABLE
-from algorithms.identification.pairs import PairStatistics, Side, fused, points_of
+from algorithms.identification.outputs import (
+    ALONE,
+    MISSING,
+    NO_REASON,
+    ONE_LINE,
+    REASON_OF_DECISION,
+    REJECTED,
+    SEVERAL,
+    TIED,
+    UNDECIDED,
+    UNUSABLE,
+)
+from algorithms.identification.pairs import PairStatistics, Side, fused, on_one_line, points_of
 from algorithms.identification.parameters import PairParameters
 from algorithms.identification.plots import Plots
-from algorithms.identification.registration import Accepted
 from algorithms.recording import PolarPlots
 from algorithms.toolbox.association.gate import gate_threshold
 
@@ -37,6 +47,8 @@ class Decided:
     best : (n, L) and (m, L) most likely partner whatever was decided, -1 = none
     several : (n, L) and (m, L) undecided because of several
     ties : (n, L) and (m, L)
+    ranked_groups, truncation : groups too large for the sum over all matchings, and the largest error of that
+    split : whether the look was too large as a whole
     """
 
     partner: tuple[Ints, Ints]
@@ -48,6 +60,7 @@ class Decided:
     ties: tuple[NDArray[np.bool_], NDArray[np.bool_]]
     ranked_groups: int = 0
     truncation: float = 0.0
+    split: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,6 +119,7 @@ class Filled:
         marks, lanes = plots.range_m.shape
         self.decision = np.where(plots.usable, ALONE, MISSING)
         self.decision[[bool(word) for word in plots.bad]] = UNUSABLE
+        self.reason = np.full((marks, lanes), NO_REASON)
         self.group = np.zeros((marks, lanes), np.int64)
         self.probability = np.full((marks, lanes), np.nan)
         self.alone = np.full((marks, lanes), np.nan)
@@ -116,8 +130,10 @@ class Filled:
 
     def arrays(self) -> dict[str, NDArray[np.generic]]:
         """As the outputs are declared."""
+        usual = np.array(REASON_OF_DECISION)[self.decision]
         return {
             "decision": self.decision,
+            "reason": np.where(self.reason == NO_REASON, usual, self.reason),
             "group": self.group,
             "probability": self.probability,
             "alone_probability": self.alone,
@@ -144,6 +160,9 @@ class Filled:
             self.position[own] = np.stack([points.x, points.y], axis=1)
             here = np.isfinite(sides[s].range_m)
             self.decision[own] = np.where(here, decided.decision[s], self.decision[own])
+            doubtful = np.isin(self.decision[own], (UNDECIDED, SEVERAL))
+            self.reason[own] = np.where(doubtful & on_one_line(sides[s], sides[1 - s], best), ONE_LINE, NO_REASON)
+            self.reason[own] = np.where(doubtful & decided.ties[s], TIED, self.reason[own])
             statistic = found.statistic if s == 0 else np.swapaxes(found.statistic, 0, 1)
             self.statistic[own] = _of_partner(statistic, best)
             if decided.pairs is not None:
@@ -162,23 +181,6 @@ class Filled:
             else:
                 group = np.zeros(partner.shape, np.int64)
             self.group[own] = group
-
-    def accepted(self, rows: tuple[Ints, Ints], sides: tuple[Side, Side], decided: Decided) -> Accepted:
-        """Return the accepted pairs of the first trial for the test of the registration."""
-        i = np.flatnonzero(decided.partner[0][:, 0] >= 0)
-        j = decided.partner[0][i, 0]
-        points = [points_of(side, "mucm") for side in sides]
-        place = [np.stack([p.x[k, 0], p.y[k, 0]], axis=1) for p, k in zip(points, (i, j), strict=True)]
-        covariance = [
-            np.stack([p.xx[k, 0], p.yy[k, 0], p.xy[k, 0]], axis=1) for p, k in zip(points, (i, j), strict=True)
-        ]
-        return Accepted(
-            place[0] - place[1],
-            covariance[0] + covariance[1],
-            place[0] - sides[0].site,
-            place[1] - sides[1].site,
-            np.full((i.size, 2), np.nan),
-        )
 
 
 def _of_partner(values: Floats, partner: Ints) -> Floats:

@@ -41,6 +41,7 @@ class Matched:
     decision : (n, L) what becomes of each row
     ties : (n, L) whether another partner is exactly as probable
     ranked_groups, truncation : of `association_probabilities`
+    split : whether there were too many plots for one sum over all matchings
     """
 
     partner: Ints
@@ -49,6 +50,7 @@ class Matched:
     ties: NDArray[np.bool_]
     ranked_groups: int = 0
     truncation: float = 0.0
+    split: bool = False
 
 
 def scores_of(cost: Floats, statistic: Floats, p: DetectionParameters) -> Floats:
@@ -74,10 +76,10 @@ def scores_of(cost: Floats, statistic: Floats, p: DetectionParameters) -> Floats
     return np.where(here, score, -np.inf)
 
 
-def matched(score: Floats, statistic: Floats, p: DetectionParameters) -> Matched:
-    """Match, give probabilities and decide."""
+def matched(score: Floats, statistic: Floats, p: DetectionParameters, exact_columns: int = EXACT_COLUMNS) -> Matched:
+    """Match, give probabilities and decide; `exact_columns` plots on the shorter side are summed exactly."""
     n, m, lanes = score.shape
-    small = min(n, m) <= EXACT_COLUMNS and n * m * 2 ** min(n, m) <= SIDE_BY_SIDE
+    small = min(n, m) <= exact_columns and n * m * 2 ** min(n, m) <= SIDE_BY_SIDE
     ranked, truncation = 0, 0.0
     if small:
         pairs, _ = exact_probabilities(score)
@@ -85,7 +87,7 @@ def matched(score: Floats, statistic: Floats, p: DetectionParameters) -> Matched
         pairs = np.zeros((n, m, lanes))
         gated = np.where(statistic <= gate_threshold(WIDE_TAIL, 2), score, -np.inf)
         for lane in range(lanes):
-            found = association_probabilities(gated[:, :, lane])
+            found = association_probabilities(gated[:, :, lane], exact_columns=exact_columns)
             pairs[:, :, lane] = found.pairs
             ranked += found.ranked_groups
             truncation = max(truncation, found.truncation)
@@ -98,4 +100,4 @@ def matched(score: Floats, statistic: Floats, p: DetectionParameters) -> Matched
     ties = (partner >= 0) & ((np.abs(pairs - own[:, None]) < TIE).sum(axis=1) > 1)
     sure = (own >= p.p_min) & ~ties if p.decision == "posterior" else np.ones_like(ties)
     decision = np.where(partner < 0, ALONE, np.where(sure, ACCEPTED, UNDECIDED))
-    return Matched(partner, pairs, decision, ties, ranked, truncation)
+    return Matched(partner, pairs, decision, ties, ranked, truncation, min(n, m) > exact_columns)

@@ -26,8 +26,8 @@ from algorithms.identification.measures import measure
 from algorithms.identification.outputs import ACCEPTED, PLOT_OUTPUTS, REJECTED, UNDECIDED
 from algorithms.identification.pairs import Points, pair_statistics, points_of
 from algorithms.identification.parameters import ManyRadarParameters
-from algorithms.identification.plots import Look, Plots, plots_of
-from algorithms.identification.registration import OTHERS, Accepted, Hypothesis, hypotheses_of, notes_of
+from algorithms.identification.plots import Look, Plots, plots_of, refuse_nothing
+from algorithms.identification.registration_sets import AcceptedSets, diagnosed_sets, joined_sets
 from algorithms.identification.tables import tabulate
 from algorithms.identification.truth import score_groups
 from algorithms.identification.tuples import Densities, Looked, Packed, pack
@@ -92,13 +92,13 @@ def _accepted(packed: Packed, p: ManyRadarParameters) -> tuple[Floats, NDArray[n
 def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunContext) -> Result:
     """Put the plots of all radars together, look by look and trial by trial."""
     plots = plots_of(recording, parameters)
+    refuse_nothing(plots)
     filled = Filled(plots)
     threshold = gate_threshold(parameters.alpha, DOF)
-    radars = range(len(plots.names))
     total = sum(a.size * b.size for look in plots.looks for a, b in combinations(look.rows, 2))
     pairs: list[Pairs] = []
     sequential = 0
-    test = [Accepted.nothing() for _ in radars]
+    sets: list[AcceptedSets] = []
     for number, look in enumerate(plots.looks):
         points = _points(plots, look, parameters)
         for rows, one in zip(look.rows, points, strict=True):
@@ -109,15 +109,16 @@ def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunCon
             sequential += not packed.exact
             _take(recording, filled, packed, marks, lane, parameters)
             if plots.lanes == 1:
-                for k in radars:
-                    test[k] = test[k].joined(_against_others(plots, points, look, packed, marks, k, filled))
+                kept = _accepted(packed, parameters)[1]
+                sets.append(AcceptedSets(marks[kept], packed.place[kept], packed.covariance[kept]))
         pairs += _pairs(recording, plots, look, parameters, filled, total)
         context.progress((number + 1) / len(plots.looks))
     if not plots.looks:
         context.check_cancelled()
         context.progress(1.0)
-    hypotheses = _hypotheses(test) if plots.lanes == 1 else []
-    notes = [*plots.notes, *notes_of(hypotheses, plots.names)]
+    radars = len(plots.names)
+    hypotheses, wrong = diagnosed_sets(recording, plots, joined_sets(sets, radars)) if plots.lanes == 1 else ([], [])
+    notes = [*plots.notes, *wrong]
     if sequential:
         notes.append(
             Note(
@@ -177,49 +178,6 @@ def _pairs(
     return out
 
 
-def _against_others(
-    plots: Plots, points: list[Points], look: Look, packed: Packed, marks: Ints, radar: int, filled: Filled
-) -> Accepted:
-    """Plots of one radar against the mean of the others in their sets, in the first trial."""
-    here = np.flatnonzero(marks[:, radar] >= 0)
-    here = here[filled.group[marks[here, radar], 0] > 0]
-    if not here.size:
-        return Accepted.nothing()
-    place = {int(row): i for i, row in enumerate(look.rows[radar])}
-    i = np.array([place[int(row)] for row in marks[here, radar]])
-    p = Points(*(a[i, 0] for a in points[radar]))
-    determinant = p.xx * p.yy - p.xy * p.xy
-    own = np.stack([p.yy, p.xx, -p.xy], axis=1) / determinant[:, None]
-    xx, yy, xy = packed.covariance[here].T
-    whole = np.stack([yy, xx, -xy], axis=1) / (xx * yy - xy * xy)[:, None]
-    rest = whole - own
-    z = np.stack([p.x, p.y], axis=1)
-    pull = _times(whole, packed.place[here]) - _times(own, z)
-    det = rest[:, 0] * rest[:, 1] - rest[:, 2] ** 2
-    covariance = np.stack([rest[:, 1], rest[:, 0], -rest[:, 2]], axis=1) / det[:, None]
-    mean = _times(covariance, pull)
-    spread = covariance + np.stack([p.xx, p.yy, p.xy], axis=1)
-    none = np.full((here.size, 2), np.nan)
-    return Accepted(mean - z, spread, none, z - plots.sites[radar], none)
-
-
-def _times(matrix: Floats, vector: Floats) -> Floats:
-    """Symmetric matrices xx yy xy (n, 3) times vectors (n, 2)."""
-    x, y = vector.T
-    return np.stack([matrix[:, 0] * x + matrix[:, 2] * y, matrix[:, 2] * x + matrix[:, 1] * y], axis=1)
-
-
-def _hypotheses(test: list[Accepted]) -> list[Hypothesis]:
-    """Of two radars as ever; of more, those of the radar that disagrees most with the others come first."""
-    if len(test) == 2:
-        one = test[1]
-        return hypotheses_of(Accepted(one.difference, one.covariance, test[0].from_second, one.from_second,
-                                      one.velocity), 0, 1)  # fmt: skip
-    each = [hypotheses_of(pairs, OTHERS, k) for k, pairs in enumerate(test)]
-    each.sort(key=lambda found: -max((h.statistic for h in found), default=0.0))
-    return [h for found in each for h in found]
-
-
 def score(recording: PolarPlots, parameters: MultiRadarParameters, context: RunContext) -> Scores:
     """Count pairs and whole targets that are put together rightly."""
     plots = plots_of(recording, parameters)
@@ -256,6 +214,7 @@ ALGORITHM = Algorithm(
     charts=(
         "plan",
         "pairs_plan",
+        "pair_closeup",
         "association_matrix",
         "pair_statistic",
         "trials_decisions",

@@ -17,10 +17,50 @@ DECISIONS = (
     "not_detected",
 )
 
+# Why a plot was not accepted: as the table `decisions` says it.
+(
+    NO_REASON,
+    IMPROBABLE,
+    NOBODY_NEAR,
+    SEVERAL_NEAR,
+    TIED,
+    ONE_LINE,
+    NO_NUMBER,
+    LEFT_OUT,
+    NOT_SEEN,
+    SHORT_TRACK,
+    SAME_TIME,
+) = range(11)
+REASONS = (
+    "",
+    "the most likely partner is not probable enough",
+    "no partner inside the gate, or none more likely than to be alone",
+    "several partners inside the gate",
+    "two partners are exactly as probable",
+    "both radars look along one line there, so that plots of the same range cannot be told apart",
+    "range or azimuth cannot be used",
+    "a plot of a radar that was not compared",
+    "the radar did not detect the target",
+    "its track has fewer than two plots",
+    "its track has another plot at the same time",
+)
+REASON_OF_DECISION = (
+    NO_REASON,
+    IMPROBABLE,
+    NOBODY_NEAR,
+    SEVERAL_NEAR,
+    NO_REASON,
+    NO_NUMBER,
+    LEFT_OUT,
+    NOT_SEEN,
+)
+"""What a decision means where nothing more is known."""
+
 PLOT_OUTPUTS = (
     Output("row", ("mark",), "", "row number in the source"),
     Output("frame", ("mark",), "", "number of the look that the plot belongs to"),
     Output("decision", ("mark", "trial"), "", "what became of the plot", DECISIONS),
+    Output("reason", ("mark", "trial"), "", "why the plot was not accepted", REASONS),
     Output("group", ("mark", "trial"), "", "plots with the same number are one target; 0 = none"),
     Output("probability", ("mark", "trial"), "1", "of the most likely partner, or of having none; NaN = not computed"),
     Output("statistic", ("mark", "trial"), "1", "squared normalised distance to the most likely partner"),

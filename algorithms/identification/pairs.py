@@ -164,6 +164,25 @@ def fused(first: Side, second: Side, conversion: PlotConversion, i: NDArray[np.i
     return place, covariance
 
 
+def on_one_line(first: Side, second: Side, i: NDArray[np.int64]) -> Bools:
+    """(n, L) whether both radars measure the same of a plot and its partner i (n, L): how far it is along one line.
+
+    The azimuth error of either radar, seen along the line of sight of the other one, is then smaller than the error
+    of its range. Targets beside each other across that line cannot be told apart (specification 10).
+    """
+    other = Side(
+        second.site, _chosen(second.range_m, i), _chosen(second.angle_rad, i), second.sigma_range, second.sigma_angle
+    )
+    place, _ = mean_of(points_of(first, "mucm"), points_of(other, "mucm"))
+    lines = [np.stack([place[:, 0] - side.site[0], place[:, 1] - side.site[1]]) for side in (first, second)]
+    far = [np.hypot(*line) for line in lines]
+    sine = np.abs(lines[0][0] * lines[1][1] - lines[0][1] * lines[1][0]) / (far[0] * far[1])
+    out = np.ones(i.shape, np.bool_)
+    for side, distance in zip((first, second), far, strict=True):
+        out &= distance * side.sigma_angle * sine <= side.sigma_range
+    return out
+
+
 def _chosen(values: Floats, i: NDArray[np.int64]) -> Floats:
     if not values.shape[0]:
         return np.full(i.shape, np.nan)

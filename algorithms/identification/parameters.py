@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Literal
 
 from algorithms.spec import Parameters, parameter
+from algorithms.toolbox.association.exact import EXACT_COLUMNS, LARGEST_EXACT
 
 PointConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm"]
 PlotConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "polar"]
-TrackConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "ducm", "polar"]
+TrackConversion = Literal["lin", "paper", "paper_literal", "dcm", "ucm", "mucm", "ducm", "ekf", "polar"]
 
 _CONVERSIONS = {
     "lin": "plain point, covariance of first order",
@@ -21,6 +22,7 @@ _CONVERSIONS = {
 PLOT_CONVERSIONS = _CONVERSIONS | {"polar": "none: the exact likelihood in range and azimuth"}
 TRACK_CONVERSIONS = _CONVERSIONS | {
     "ducm": "unbiased given the truth, covariance from the track's prediction",
+    "ekf": "none: range and azimuth linearised at the track's prediction",
     "polar": "none: straight flights fitted to ranges and azimuths",
 }
 
@@ -98,6 +100,23 @@ class DetectionParameters(Parameters):
     """In the region. Empty = plots less false plots, over the detection probability."""
 
 
+class ExactParameters(Parameters):
+    """How far probabilities are sums over all matchings."""
+
+    exact_plots: int = parameter(
+        EXACT_COLUMNS,
+        title="Plots summed exactly",
+        unit="1",
+        ge=1,
+        le=LARGEST_EXACT,
+        group="association",
+        advanced=True,
+    )
+    """Up to so many plots (or tracks) on the shorter side probabilities are sums over all matchings; twice the time for
+    one more. Beyond, groups that no gate joins are summed by themselves, and larger ones over their most likely
+    matchings."""
+
+
 class ManyRadarParameters(DetectionParameters, RadarParameters):
     """Two radars and more."""
 
@@ -113,7 +132,7 @@ class ManyRadarParameters(DetectionParameters, RadarParameters):
     """Sets of plots up to which the best choice is found exactly; beyond, radar by radar."""
 
 
-class TrackParameters(TwoRadarParameters):
+class TrackParameters(ExactParameters, TwoRadarParameters):
     """Tracks of two radars."""
 
     conversion: TrackConversion = parameter("mucm", title="Conversion", group="measurement", choices=TRACK_CONVERSIONS)

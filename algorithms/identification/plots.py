@@ -56,6 +56,7 @@ class Plots:
     sigma_range, sigma_angle : (K,) m and rad
     looks : in the order of time
     frame : (M,) number of the look
+    shift_m : (M, 2) what is to be added to where each plot is, for what is tried; None = nothing
     """
 
     range_m: Floats
@@ -71,6 +72,7 @@ class Plots:
     frame: Ints
     settings: dict[str, Setting]
     notes: tuple[Note, ...]
+    shift_m: Floats | None = None
 
     @property
     def lanes(self) -> int:
@@ -129,6 +131,23 @@ def plots_of(recording: PolarPlots, parameters: RadarParameters) -> Plots:
         settings=settings,
         notes=tuple(notes),
     )
+
+
+def refuse_nothing(plots: Plots) -> None:
+    """Refuse a recording of which no plot is left.
+
+    Raises
+    ------
+    RecordingError
+        Every row is unusable; the first reason is given.
+    """
+    if plots.bad and all(plots.bad):
+        raise RecordingError(
+            f"No plot can be used: {plots.bad[0]} in the first row, and the others are no better.",
+            pointer="/recording_id",
+            remedy="Look at the columns of range and azimuth, and at how they were read.",
+            code="no_usable_plots",
+        )
 
 
 def _radars(recording: PolarPlots) -> tuple[Radar, ...]:

@@ -35,6 +35,7 @@ class Judged:
     pairs : (n, m, L) probabilities, or None
     ties : (n, L) or None
     place, covariance : (n, 2, L), (n, 3, L) fused with the accepted partner
+    own_place, own_covariance : the same of the anchor's plot by itself; None where nothing is converted
     """
 
     time_s: float
@@ -49,6 +50,8 @@ class Judged:
     place: Floats
     covariance: Floats
     threshold: float
+    own_place: Floats | None = None
+    own_covariance: Floats | None = None
 
 
 def targets_of(recording: PolarPlots) -> tuple[str, ...]:
@@ -116,6 +119,8 @@ def score_looks(recording: PolarPlots, looks: list[Judged]) -> Scores:
             Sample("stated_probability", "1", got("stated").astype(np.float32)),
             Sample("stated_right", "1", got("stated_right").astype(np.float32)),
         ]
+    if looks and looks[0].own_place is not None:
+        tallies.append(Tally("plot_nees", "1", got("own_nees"), DOF * both, compared=True))
     names = targets_of(recording) or ("",)
     order = np.argsort(np.array(time), kind="stable") if time else np.empty(0, np.int64)
     return Scores(
@@ -136,6 +141,13 @@ def _sorted(tally: Tally, order: Ints) -> Tally:
     )  # fmt: skip
 
 
+def normalised(error: Floats, covariance: Floats) -> Floats:
+    """(L,) squared errors (2, L) over their covariances xx, yy, xy (3, L)."""
+    xx, yy, xy = covariance
+    squared: Floats = (yy * error[0] ** 2 - 2 * xy * error[0] * error[1] + xx * error[1] ** 2) / (xx * yy - xy * xy)
+    return squared
+
+
 def _one(recording: PolarPlots, look: Judged, a: int, right: int) -> dict[str, Floats]:
     """What is counted of one target at one look, each (L,)."""
     same = look.statistic[a, right]
@@ -146,9 +158,7 @@ def _one(recording: PolarPlots, look: Judged, a: int, right: int) -> dict[str, F
     several = undecided & look.several[a]
     place = look.place[a] - recording.truth_m[look.anchors[a], :2, None]
     fused = correct & np.isfinite(place[0])
-    xx, yy, xy = look.covariance[a]
-    determinant = xx * yy - xy * xy
-    nees = (yy * place[0] ** 2 - 2 * xy * place[0] * place[1] + xx * place[1] ** 2) / determinant
+    nees = normalised(place, look.covariance[a])
     others = np.delete(look.statistic[a], right, axis=0)
     nearest = np.where(np.isfinite(others), others, np.inf).min(axis=0) if len(others) else np.full(same.shape, np.inf)
     out = {
@@ -161,12 +171,15 @@ def _one(recording: PolarPlots, look: Judged, a: int, right: int) -> dict[str, F
         "rejected": both & (same > look.threshold),
         "statistic": np.where(both, same, 0.0),
         "error": np.where(fused, place[0] ** 2 + place[1] ** 2, 0.0),
-        "claim": np.where(fused, xx + yy, 0.0),
+        "claim": np.where(fused, look.covariance[a, 0] + look.covariance[a, 1], 0.0),
         "nees": np.where(fused, nees, 0.0),
         "fused": fused,
         "same": np.where(both, same, np.nan),
         "other": np.where(both & np.isfinite(nearest), nearest, np.nan),
     }
+    if look.own_place is not None and look.own_covariance is not None:
+        own = normalised(look.own_place[a] - recording.truth_m[look.anchors[a], :2, None], look.own_covariance[a])
+        out["own_nees"] = np.where(both, own, 0.0)
     if look.best is not None and look.pairs is not None and look.ties is not None:
         best = look.best[a]
         assigned = np.where(look.ties[a], 0.5, 1.0) * (best == right)

@@ -116,6 +116,16 @@ def _normal(flights: Sequence[Flight], theta: Floats, reference_s: float) -> tup
     return info, gradient
 
 
+def straight_track(flight: Flight, start: Floats, reference_s: float) -> tuple[Floats, Floats]:
+    """States (4, L) at `reference_s` and covariances (4, 4, L) of one radar's plots; NaN with fewer than two plots."""
+    _, theta = straight_fit([flight], start, reference_s)
+    info, _ = _normal([flight], theta, reference_s)
+    enough = (np.isfinite(flight.side.range_m).sum(axis=0) >= FEWEST_PLOTS) & np.isfinite(theta[0])
+    info[~enough] = np.eye(4)
+    covariance = np.where(enough, np.moveaxis(np.linalg.inv(info), 0, 2), np.nan)
+    return np.where(enough, theta, np.nan), covariance
+
+
 def likelihood_ratio(a: Flight, b: Flight, starts: tuple[Floats, Floats], reference_s: float) -> Floats:
     """(L,) sum of squares of one common flight less those of two separate ones; NaN with fewer than two plots."""
     enough = np.ones(starts[0].shape[1], np.bool_)

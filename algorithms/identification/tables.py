@@ -12,12 +12,8 @@ from algorithms.identification.outputs import (
     ACCEPTED,
     ALONE,
     DECISIONS,
-    MISSING,
-    NOT_COMPARED,
+    REASONS,
     REJECTED,
-    SEVERAL,
-    UNDECIDED,
-    UNUSABLE,
 )
 from algorithms.identification.registration import KINDS, UNITS
 from algorithms.recording import PolarPlots
@@ -29,15 +25,6 @@ Ints = NDArray[np.int64]
 
 # Pairs outside this gate and without a decision are not worth a row.
 LISTED_TAIL = 1e-6
-
-REASONS = {
-    UNDECIDED: "the most likely partner is not probable enough",
-    ALONE: "no partner inside the gate, or none more likely than to be alone",
-    SEVERAL: "several partners inside the gate",
-    UNUSABLE: "range or azimuth cannot be used",
-    NOT_COMPARED: "a plot of a radar that was not compared",
-    MISSING: "the radar did not detect the target",
-}
 
 
 def tabulate(recording: PolarPlots, result: Result) -> dict[str, Table]:
@@ -150,7 +137,7 @@ def _decisions(recording: PolarPlots, result: Result) -> Table:
         "distance": np.sqrt(a["statistic"][mark, trial]),
         "threshold": np.full(mark.size, np.sqrt(a["threshold"][0])),
         "probability": np.where(codes == ALONE, alone, own),
-        "reason": [REASONS.get(int(i)) for i in codes],
+        "reason": [REASONS[i] or None for i in a["reason"][mark, trial].tolist()],
         "target": _target_names(recording, mark),
         "radar": [recording.radars[i] or None for i in recording.radar[mark]],
         "look": a["frame"][mark],

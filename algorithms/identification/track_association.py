@@ -22,15 +22,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.identification.compare import chosen_radars
+from algorithms.identification.compare import chosen_radars, exactness
+from algorithms.identification.diagnosis import diagnosed
 from algorithms.identification.filled import Filled, joined_pairs, listed_pairs
 from algorithms.identification.measures import measure
-from algorithms.identification.outputs import NOT_COMPARED, PLOT_OUTPUTS
+from algorithms.identification.outputs import NOT_COMPARED, PLOT_OUTPUTS, SAME_TIME, SHORT_TRACK, UNUSABLE
 from algorithms.identification.pairs import points_of
 from algorithms.identification.parameters import TrackParameters
-from algorithms.identification.plots import Plots, plots_of
-from algorithms.identification.registration import Accepted, hypotheses_of, notes_of
+from algorithms.identification.plots import Plots, plots_of, refuse_nothing
 from algorithms.identification.scoring import targets_of
+from algorithms.identification.straight import FEWEST_PLOTS, straight_track
 from algorithms.identification.tables import tabulate
 from algorithms.identification.track_pairs import (
     DOF,
@@ -39,6 +40,7 @@ from algorithms.identification.track_pairs import (
     decide_tracks,
     track_statistics,
     tracks_of,
+    until,
 )
 from algorithms.identification.tracks import PLACE, Track
 from algorithms.recording import PolarPlots
@@ -50,10 +52,6 @@ from algorithms.toolbox.association.gate import gate_threshold
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-FEWEST_PLOTS = 2
-# Rows that a note names one by one.
-NAMED_ROWS = 20
-
 
 class TrackAssociationParameters(TrackParameters):
     """What the comparison of tracks knows."""
@@ -62,6 +60,7 @@ class TrackAssociationParameters(TrackParameters):
 def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: RunContext) -> Result:
     """Filter, compare, and give each plot what became of its track."""
     plots = plots_of(recording, parameters)
+    refuse_nothing(plots)
     first, second = chosen_radars(recording, parameters)
     context.check_cancelled()
     a, b = (tracks_of(recording, plots, r, parameters) for r in (first, second))
@@ -76,10 +75,19 @@ def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: 
         for i, track in enumerate(of.tracks):
             number[track.rows] = (0 if s == 0 else len(a.tracks)) + i + 1
             _take(recording, filled, plots, of, i, decided, s, (a, b), statistic, parameters)
+            short = plots.usable[track.rows].sum(axis=0) < FEWEST_PLOTS
+            filled.reason[track.rows] = np.where(
+                short & plots.usable[track.rows], SHORT_TRACK, filled.reason[track.rows]
+            )
+        filled.decision[of.repeated], filled.reason[of.repeated] = UNUSABLE, SAME_TIME
     rows = tuple(np.array([t.rows[-1] for t in of.tracks], np.int64) for of in (a, b))
     total = statistic.shape[0] * statistic.shape[1]
     pairs = listed_pairs(recording, 0, (rows[0], rows[1]), statistic, decided.pairs, decided.pair_decision, total)
-    hypotheses = hypotheses_of(_differences(recording, plots, a, b, decided), first, second) if plots.lanes == 1 else []
+    hypotheses, wrong = (
+        diagnosed(recording, plots, first, second, _accepted_plots(plots, a, b, decided))
+        if plots.lanes == 1
+        else ([], [])
+    )
     context.progress(1.0)
     arrays: dict[str, Any] = (
         filled.arrays()
@@ -98,17 +106,26 @@ def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: 
         for name in type(parameters).model_fields
         if name not in plots.settings and getattr(parameters, name) not in (None, "")
     }
-    return Result(arrays, (*plots.notes, *_doubles(recording, a, b), *notes_of(hypotheses, plots.names)), settings)
+    return Result(arrays, (*plots.notes, *_notes(parameters, filled, (a, b), decided), *wrong), settings)
 
 
-def _doubles(recording: PolarPlots, a: RadarTracks, b: RadarTracks) -> tuple[Note, ...]:
-    """Say which plots no track could take."""
-    rows = np.sort(recording.row[np.concatenate([a.doubles, b.doubles])])
-    if not rows.size:
-        return ()
-    named = ", ".join(str(row) for row in rows[:NAMED_ROWS]) + (", ..." if rows.size > NAMED_ROWS else "")
-    words = f"A track has one plot at an instant; further ones of the same radar were left out: rows {named}."
-    return (Note("same_instant", words, rows.size),)
+def _notes(
+    p: TrackParameters, filled: Filled, tracks: tuple[RadarTracks, RadarTracks], decided: DecidedTracks
+) -> list[Note]:
+    out = []
+    short = sum(bool((filled.reason[t.rows] == SHORT_TRACK).any()) for of in tracks for t in of.tracks)
+    if short:
+        out.append(Note("short_tracks", "Tracks of fewer than two plots have no velocity; they stay alone.", short))
+    repeated = sum(of.repeated.size for of in tracks)
+    if repeated:
+        out.append(
+            Note(
+                "repeated_times",
+                "Plots whose track has another plot at the same time are left out; see decisions.",
+                repeated,
+            )
+        )
+    return out + exactness(p, decided.split, decided.ranked_groups, decided.truncation)
 
 
 def _take(
@@ -165,34 +182,17 @@ def _mean(one: Track, other: Track, time: float, density: float, lane: int) -> t
     return place, [covariance[0, 0], covariance[2, 2], covariance[0, 2]]
 
 
-def _differences(
-    recording: PolarPlots, plots: Plots, a: RadarTracks, b: RadarTracks, decided: DecidedTracks
-) -> Accepted:
-    """Differences of the plots of accepted tracks at common looks, with the velocity of the first radar's track."""
-    out = Accepted.nothing()
+def _accepted_plots(plots: Plots, a: RadarTracks, b: RadarTracks, decided: DecidedTracks) -> Ints:
+    """(N, 2) rows of the plots of accepted tracks at common looks."""
+    out = []
     for i, track in enumerate(a.tracks):
         j = int(decided.partner[0][i, 0])
         if j < 0:
             continue
-        mine = {int(plots.frame[row]): k for k, row in enumerate(track.rows)}
-        for k2, row in enumerate(b.tracks[j].rows):
-            k1 = mine.get(int(plots.frame[row]))
-            if k1 is None or k1 < FEWEST_PLOTS:
-                continue
-            p1, p2 = points_of(a.sides[i], "mucm"), points_of(b.sides[j], "mucm")
-            z1, z2 = (np.array([p.x[k, 0], p.y[k, 0]]) for p, k in ((p1, k1), (p2, k2)))
-            if not np.isfinite(z1 + z2).all():
-                continue
-            # The last state, because it knows the velocity best.
-            velocity = track.steps[-1].state[[1, 3], 0]
-            z2 = z2 + velocity * (recording.time_s[track.rows[k1]] - recording.time_s[row])
-            spread = [sum(getattr(p, n)[k, 0] for p, k in ((p1, k1), (p2, k2))) for n in ("xx", "yy", "xy")]
-            sites = (a.sides[i].site, b.sides[j].site)
-            out = out.joined(
-                Accepted((z1 - z2)[None], np.array([spread]), (z1 - sites[0])[None], (z2 - sites[1])[None],
-                         velocity[None])
-            )  # fmt: skip
-    return out
+        mine = {int(plots.frame[row]): int(row) for row in track.rows if plots.usable[row, 0]}
+        theirs = [int(row) for row in b.tracks[j].rows if plots.usable[row, 0]]
+        out += [(mine[f], row) for row in theirs if (f := int(plots.frame[row])) in mine]
+    return np.array(out, np.int64).reshape(-1, 2)
 
 
 def score(recording: PolarPlots, parameters: TrackAssociationParameters, context: RunContext) -> Scores:
@@ -216,7 +216,9 @@ def score(recording: PolarPlots, parameters: TrackAssociationParameters, context
         for i, t in enumerate(truth[0]):
             if t not in truth[1]:
                 continue
-            for name, values in _counted(statistic, decided, i, truth[1].index(t), threshold).items():
+            counted = _counted(statistic, decided, i, truth[1].index(t), threshold)
+            counted |= _errors(recording, a, i, parameters, float(now), counted["both"])
+            for name, values in counted.items():
                 parts.setdefault(name, []).append(values)
             time.append(float(now))
             target.append(t)
@@ -231,6 +233,9 @@ def score(recording: PolarPlots, parameters: TrackAssociationParameters, context
             Tally("false_rejection", "1", got["rejected"], both, curve=True, compared=True, share=True),
             Tally("assignment_correct", "1", got["assigned"], both, curve=True, compared=True, share=True),
             Tally("nis", "1", got["statistic"], DOF * both, curve=True, chi_square=True),
+            Tally("nees", "1", got["nees"], DOF * both, curve=True, chi_square=True),
+            Tally("radial_bias_m", "m", got["radial"], both, curve=True),
+            Tally("rms_horizontal_m", "m", got["error"], both, root=True, curve=True, compared=True),
         ),
         (
             Sample("statistic_same", "1", got["same"].astype(np.float32)),
@@ -242,7 +247,31 @@ def score(recording: PolarPlots, parameters: TrackAssociationParameters, context
     )
 
 
-_NAMES = ("both", "correct", "wrong", "undecided", "rejected", "assigned", "statistic")
+_NAMES = ("both", "correct", "wrong", "undecided", "rejected", "assigned", "statistic", "nees", "radial", "error")
+
+
+def _errors(
+    recording: PolarPlots, of: RadarTracks, i: int, p: TrackParameters, now: float, both: Floats
+) -> dict[str, Floats]:
+    """Errors (L,) of one radar's track: normalised in place and velocity, along the true line of sight, and squared."""
+    track = of.tracks[i]
+    x, covariance = track.at(now, p.acceleration_density_m2ps3)
+    if p.conversion == "polar":
+        x, covariance = straight_track(until(of.times[i], of.sides[i], now), x, now)
+    row = track.rows[int(np.searchsorted(of.times[i], now, side="right")) - 1]
+    velocity = recording.truth_velocity_mps[row, :2]
+    place = recording.truth_m[row, :2] + velocity * (now - recording.time_s[row])
+    error = x - np.array([place[0], velocity[0], place[1], velocity[1]])[:, None]
+    known = (both > 0) & np.isfinite(error).all(axis=0)
+    matrix = np.where(known[:, None, None], np.moveaxis(covariance, 2, 0), np.eye(4))
+    d = np.where(known, error, 0.0).T
+    solved = np.linalg.solve(matrix, d[:, :, None])[:, :, 0]
+    sight = (place - of.sides[i].site) / np.hypot(*(place - of.sides[i].site))
+    return {
+        "nees": d[:, 0] * solved[:, 0] + d[:, 1] * solved[:, 1] + d[:, 2] * solved[:, 2] + d[:, 3] * solved[:, 3],
+        "radial": sight[0] * d[:, 0] + sight[1] * d[:, 2],
+        "error": d[:, 0] ** 2 + d[:, 2] ** 2,
+    }
 
 
 def _counted(statistic: Floats, decided: DecidedTracks, i: int, right: int, threshold: float) -> dict[str, Floats]:
@@ -281,10 +310,12 @@ ALGORITHM = Algorithm(
         "pair_statistic",
         "trials_decisions",
         "trials_probability",
-        "trials_base",
+        "trials_scans",
+        "trials_radial_bias",
         "trials_placement",
         "trials_statistic",
         "trials_quantiles",
+        "trials_roc",
         "trials_tradeoff",
         "trials_consistency",
     ),

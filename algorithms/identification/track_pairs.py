@@ -18,7 +18,7 @@ from algorithms.identification.straight import Flight, likelihood_ratio
 from algorithms.identification.tracks import Track, cross_covariance, filtered
 from algorithms.recording import PolarPlots
 from algorithms.toolbox.association.assignment import most_likely_matching
-from algorithms.toolbox.association.exact import EXACT_COLUMNS, exact_probabilities
+from algorithms.toolbox.association.exact import exact_probabilities
 from algorithms.toolbox.association.gate import gate_threshold
 from algorithms.toolbox.association.only_partner import SEVERAL as SEVERAL_INSIDE
 from algorithms.toolbox.association.only_partner import only_partners
@@ -29,51 +29,61 @@ Ints = NDArray[np.int64]
 
 DOF = 4
 WIDE_TAIL = 1e-6
+# n m 2^m of tracks up to which all trials are summed side by side; beyond, trial by trial and group by group.
+SIDE_BY_SIDE = 4_000_000
 # Ln of how much less likely two tracks without a partner are than a pair: as many pairs as the gate allows are made.
 PAIR_BONUS = 150.0
 
 
 @dataclass(frozen=True)
 class RadarTracks:
-    """Tracks of one radar with their plots and instants."""
+    """Tracks of one radar with their plots and instants, and the rows left out because their track has that instant."""
 
     radar: int
     tracks: list[Track]
     sides: list[Side]
     times: list[Floats]
-    doubles: Ints
-    """Plots that were left out because their track has another one at the same instant."""
+    repeated: Ints
 
 
 def tracks_of(recording: PolarPlots, plots: Plots, radar: int, p: TrackParameters) -> RadarTracks:
-    """Filter each target's plots; without names, the plots are joined first."""
-    named = [i for i, name in enumerate(recording.targets) if name not in ("", CLUTTER)]
+    """Filter each target's plots; those without a name are joined first."""
     mine = plots.radar == radar
-    if named:
-        rows = [np.flatnonzero(mine & (recording.target == t)) for t in named]
-    else:
+    unnamed = np.array([name == "" for name in recording.targets])[recording.target] & mine
+    rows = [
+        np.flatnonzero(mine & (recording.target == t))
+        for t, name in enumerate(recording.targets)
+        if name not in ("", CLUTTER)
+    ]
+    if unnamed.any():
         points = points_of(side_of(plots, radar, np.arange(len(recording))), "mucm")
         place = np.stack([points.x[:, 0], points.y[:, 0]], axis=1)
         covariance = np.stack([points.xx[:, 0], points.yy[:, 0], points.xy[:, 0]], axis=1)
-        looks = [look.rows[radar] for look in plots.looks]
-        rows = linked(looks, recording.time_s, place, covariance, p.max_speed_mps)
-    parted = [_once_each(recording, r) for r in rows if r.size]
-    rows = [once for once, _ in parted]
-    doubles = np.concatenate([again for _, again in parted]) if parted else np.empty(0, np.int64)
+        looks = [look.rows[radar][unnamed[look.rows[radar]]] for look in plots.looks]
+        rows += linked(looks, recording.time_s, place, covariance, p.max_speed_mps)
+    usable = np.asarray(plots.usable.any(axis=1))
+    all_rows = [r for r in rows if r.size]
+    rows = [_once_each(recording.time_s, usable, r) for r in all_rows]
+    kept = np.zeros(len(recording), np.bool_)
+    for r in rows:
+        kept[r] = True
+    repeated = np.array([row for r in all_rows for row in r if not kept[row]], np.int64)
     sides = [side_of(plots, radar, r) for r in rows]
     times = [recording.time_s[r] for r in rows]
     made = [
         filtered(r, t, s, p.conversion, p.acceleration_density_m2ps3)
         for r, t, s in zip(rows, times, sides, strict=True)
     ]
-    return RadarTracks(radar, made, sides, times, doubles)
+    return RadarTracks(radar, made, sides, times, repeated)
 
 
-def _once_each(recording: PolarPlots, rows: Ints) -> tuple[Ints, Ints]:
-    """Part plots into the first of each instant and the others: a track moves between its plots."""
-    time = recording.time_s[rows]
-    keep = np.concatenate([[True], np.diff(time) > 0])
-    return rows[keep], rows[~keep]
+def _once_each(time_s: Floats, usable: NDArray[np.bool_], rows: Ints) -> Ints:
+    """Plots at rising instants: of several at one instant the first usable one, because a track is at one place."""
+    order = np.lexsort((rows, ~usable[rows], time_s[rows]))
+    sorted_rows = rows[order]
+    keep = np.concatenate([[True], np.diff(time_s[sorted_rows]) > 0])
+    once: Ints = sorted_rows[keep]
+    return once
 
 
 def track_statistics(
@@ -111,13 +121,14 @@ def _compared(
     s = d[:, 0] * solved[:, 0] + d[:, 1] * solved[:, 1] + d[:, 2] * solved[:, 2] + d[:, 3] * solved[:, 3]
     _, log_det = np.linalg.slogdet(matrix)
     if p.conversion == "polar":
-        flights = tuple(_until(t, side, time) for t, side in zip(times, sides, strict=True))
+        flights = tuple(until(t, side, time) for t, side in zip(times, sides, strict=True))
         s = likelihood_ratio(flights[0], flights[1], (x1, x2), time)
     cost = s / 2 + log_det / 2 + 2 * np.log(2 * np.pi)
     return np.where(known, s, np.nan), np.where(known, cost, np.nan)
 
 
-def _until(times: Floats, side: Side, time: float) -> Flight:
+def until(times: Floats, side: Side, time: float) -> Flight:
+    """Return the plots up to an instant."""
     n = int(np.searchsorted(times, time, side="right"))
     return Flight(times[:n], side._replace(range_m=side.range_m[:n], angle_rad=side.angle_rad[:n]))
 
@@ -132,16 +143,23 @@ class DecidedTracks:
     pairs: Floats
     best: Ints
     several: NDArray[np.bool_]
+    ranked_groups: int = 0
+    truncation: float = 0.0
+    split: bool = False
 
 
 def decide_tracks(statistic: Floats, cost: Floats, p: TrackParameters) -> DecidedTracks:
     """Decide by the threshold or by the most likely matching, from statistics and costs (n, m, L)."""
     n, m, lanes = statistic.shape
     score = np.where(statistic <= gate_threshold(WIDE_TAIL, DOF), PAIR_BONUS - cost, -np.inf)
-    if min(n, m) <= EXACT_COLUMNS:
+    split = min(n, m) > p.exact_plots
+    ranked, truncation = 0, 0.0
+    if not split and n * m * 2 ** min(n, m) <= SIDE_BY_SIDE:
         pairs, _ = exact_probabilities(score)
     else:
-        pairs = np.stack([association_probabilities(score[:, :, k]).pairs for k in range(lanes)], axis=2)
+        found = [association_probabilities(score[:, :, k], exact_columns=p.exact_plots) for k in range(lanes)]
+        pairs = np.stack([one.pairs for one in found], axis=2)
+        ranked, truncation = sum(one.ranked_groups for one in found), max(one.truncation for one in found)
     best = np.full((n, lanes), -1)
     for lane in range(lanes):
         best[:, lane] = most_likely_matching(score[:, :, lane])
@@ -164,7 +182,7 @@ def decide_tracks(statistic: Floats, cost: Floats, p: TrackParameters) -> Decide
         reply[j] = np.where(others[j] >= 0, word[np.maximum(others[j], 0), np.arange(lanes)], ALONE)
     back = np.where(reply == ACCEPTED, others, -1)
     decision = pair_decisions(statistic.shape, listed, word)
-    return DecidedTracks((partner, back), (word, reply), decision, pairs, best, several)
+    return DecidedTracks((partner, back), (word, reply), decision, pairs, best, several, ranked, truncation, split)
 
 
 def _of(values: Floats, partner: Ints) -> Floats:

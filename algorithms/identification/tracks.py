@@ -2,11 +2,12 @@
 
 State x = (x, vx, y, vy), per axis F = [[1, T], [0, 1]] and Q = q [[T^3/3, T^2/2], [T^2/2, T]]. The first two plots
 start it: position z2, velocity (z2 - z1)/T, Pxx = R2, Pxv = R2/T, Pvv = (R1 + R2)/T^2 + (q T/3) I. Updates are in the
-Joseph form. With `ducm` a plot's covariance comes from the prediction, which does not contain the plot.
+Joseph form. With `ducm` a plot's covariance comes from the prediction, which does not contain the plot; with `ekf`
+nothing is converted after the start, and range and azimuth are linearised at the prediction.
 
 References
 ----------
-barshalom2001, chapter 5; bordonaro2014; specification 7 E.
+barshalom2001, chapter 5 and section 10.3; bordonaro2014; specification 7 E.
 """
 
 from __future__ import annotations
@@ -18,13 +19,14 @@ from numpy.typing import NDArray
 
 from algorithms.identification.pairs import Side
 from algorithms.identification.parameters import TrackConversion
-from algorithms.toolbox.frames.polar_conversion import Prediction, plane_components
+from algorithms.toolbox.frames.polar_conversion import Prediction, plane_components, wrapped
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 X, VX, Y, VY = range(4)
 PLACE = (X, Y)
+LEAST_RANGE_M = 1e-6
 
 
 def product(a: Floats, b: Floats) -> Floats:
@@ -115,12 +117,12 @@ def filtered(rows: NDArray[np.int64], time_s: Floats, side: Side, conversion: Tr
         here = np.isfinite(side.range_m[k])
         if k:
             x, p = predicted(x, p, np.full(lanes, time_s[k] - time_s[k - 1]), density)
-        plain = _converted(side, k, "mucm" if conversion in ("ducm", "polar") else conversion)
+        plain = _converted(side, k, "mucm" if conversion in ("ducm", "polar", "ekf") else conversion)
         z = plain
         if conversion == "ducm":
             z = np.where(count >= 2, _converted(side, k, conversion, _reference(side, x, p)), plain)
         started_x, started_p = _two_points(first, plain, time_s[k] - first_time, density)
-        updated_x, updated_p, gain = _updated(x, p, z)
+        updated_x, updated_p, gain = _updated_polar(x, p, side, k) if conversion == "ekf" else _updated(x, p, z)
         running, starting = here & (count >= 2), here & (count == 1)
         x = np.where(running, updated_x, np.where(starting, started_x, x))
         p = np.where(running, updated_p, np.where(starting, started_p, p))
@@ -134,6 +136,7 @@ def filtered(rows: NDArray[np.int64], time_s: Floats, side: Side, conversion: Tr
 def _converted(side: Side, k: int, conversion: TrackConversion, reference: Prediction | None = None) -> Floats:
     """(5, L): x, y in the common plane, xx, yy, xy of one plot."""
     assert conversion != "polar"
+    assert conversion != "ekf"
     b = side.angle_rad[k]
     x, y, *covariance = plane_components(
         side.range_m[k], np.cos(b), np.sin(b), side.sigma_range, side.sigma_angle, conversion, reference
@@ -180,6 +183,28 @@ def _updated(x: Floats, p: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
     a = without(gain)
     after = product(product(a, p), transposed(a)) + product(product(gain, r), transposed(gain))
     return x + product(gain, innovation[:, None])[:, 0], (after + transposed(after)) / 2, gain
+
+
+def _updated_polar(x: Floats, p: Floats, side: Side, k: int) -> tuple[Floats, Floats, Floats]:
+    """State, covariance and gain after a range and an azimuth as they are; the gain as of a converted plot."""
+    dx, dy = x[X] - side.site[0], x[Y] - side.site[1]
+    r = np.maximum(np.hypot(dx, dy), LEAST_RANGE_M)
+    ux, uy = dx / r, dy / r
+    h = np.stack([np.stack([ux, uy]), np.stack([-uy / r, ux / r])])
+    cross = product(p[:, PLACE], transposed(h))
+    s = product(h, cross[list(PLACE)])
+    variances = (side.sigma_range**2, side.sigma_angle**2)
+    s[0, 0] += variances[0]
+    s[1, 1] += variances[1]
+    determinant = s[0, 0] * s[1, 1] - s[0, 1] * s[1, 0]
+    inverse = np.stack([np.stack([s[1, 1], -s[0, 1]]), np.stack([-s[1, 0], s[0, 0]])]) / determinant
+    polar_gain = product(cross, inverse)
+    innovation = np.stack([side.range_m[k] - r, wrapped(side.angle_rad[k] - np.arctan2(dy, dx))])
+    gain = product(polar_gain, h)
+    a = without(gain)
+    noise = np.stack([polar_gain[:, i] * variances[i] for i in (0, 1)], axis=1)
+    after = product(product(a, p), transposed(a)) + product(noise, transposed(polar_gain))
+    return x + product(polar_gain, innovation[:, None])[:, 0], (after + transposed(after)) / 2, gain
 
 
 def without(gain: Floats) -> Floats:

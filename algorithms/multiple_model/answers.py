@@ -70,6 +70,11 @@ def score_models(
 ) -> Scores:
     """Filter a block of simulated trials and score it against the truth."""
     found = run_bank(recording, parameters, chosen, context, lean=True, detector=detector)
+    return scores_of(recording, parameters, chosen, found)
+
+
+def scores_of(recording: Plots, parameters: MotionParameters, chosen: ModelSet, found: Filtered) -> Scores:
+    """Score a lean report against the truth."""
     report = found.report
     scores = score_positions(
         time_s=recording.time_s,

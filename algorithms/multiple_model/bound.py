@@ -1,9 +1,9 @@
 """Posterior Cramer-Rao bound along the truth, for a filter that is told when the object manoeuvres.
 
 The covariance recursion of one constant-acceleration filter with the true measurement covariances: sigma 0.05 m/s^2 a
-step while the true acceleration keeps, 30 where it changes by more than `JUMP_MPS2` between neighbouring instants. The
-prior is that of the start. A fixed trajectory may beat it: the bound is of the model, not of the one path, and in the
-first seconds the truth is one point and not a draw from the prior.
+step while the true acceleration keeps, 30 over intervals in which it jumps. The prior is that of the start. A fixed
+trajectory may beat it: the bound is of the model, not of the one path, and in the first seconds the truth is one point
+and not a draw from the prior.
 
 References
 ----------
@@ -34,6 +34,8 @@ Floats = NDArray[np.float64]
 QUIET_MPS2 = 0.05
 NOISY_MPS2 = 30.0
 JUMP_MPS2 = 3.0
+TURN_MPS3 = 10.0
+"""So fast an acceleration that is commanded across the velocity turns with it."""
 BASE_S = 0.05
 
 
@@ -63,27 +65,34 @@ def _bound(
     frame = np.frombuffer(antenna)
     recording = _exact(t, p, v, frame, np.frombuffer(sd))
     prepared = prepare(recording, MotionParameters())
-    acceleration = np.gradient(v, t, axis=0) if np.unique(t).size == t.size else np.zeros(v.shape)
-    jump = np.linalg.norm(np.diff(acceleration, axis=0, prepend=acceleration[:1]), axis=1) > JUMP_MPS2
+    jump = _jumps(t, v)
     bank = Bank(np.array([CA]), np.array([QUIET_MPS2]), 1, 0, 0, 0, 5.0, chains_of([np.ones((1, 1))], BASE_S))
     setup = Setup(
         CONVERTED, sv**2, sa**2, timeout, np.inf, np.inf, 1.0, np.inf, 0.0, np.inf, 0.0, 1.0, np.empty((0, 2)),
         np.zeros(1, np.int64), np.empty((0, 2)),
     )  # fmt: skip
-    marks = prepared.marks(recording, np.arange(t.size), slice(0, 1), np.arange(t.size + 1))
+    noise = np.where(jump, NOISY_MPS2 / QUIET_MPS2, 1.0)[:, None]
+    marks = prepared.marks(recording, np.arange(t.size), slice(0, 1), np.arange(t.size + 1), noise)
     report = states.new_report(t.size, 1, 1)
-    track, work, lanes, rows, now = new_track(1), new_work(1, 1), states.new_lanes(), new_rows(), states.new_now()
-    first = 0
-    while first < t.size:
-        # Runs of equal noise: the switch is known.
-        stop = first + 1
-        while stop < t.size and jump[stop] == jump[first]:
-            stop += 1
-        track.boost[:] = NOISY_MPS2 / QUIET_MPS2 if jump[first] else 1.0
-        filter_groups(marks, setup, bank, track, lanes, work, rows, now, report, first, stop)
-        first = stop
+    track, work, lanes, rows, now = new_track(1), new_work(1, 1), states.new_lanes(), new_rows(), states.new_now(1)
+    filter_groups(marks, setup, bank, track, lanes, work, rows, now, report, 0, t.size)
     diagonal = [i * (i + 1) // 2 + i for i in range(9)]
     return report.covariance[:, diagonal, 0]
+
+
+def _jumps(t: Floats, v: Floats) -> NDArray[np.bool_]:
+    """(M,): whether the acceleration changes inside the interval that ends at a row.
+
+    Where it does, the interval's mean acceleration differs from those of both its neighbours; an interval beside it
+    differs from one.
+    """
+    out = np.zeros(t.size, bool)
+    step = np.diff(t)
+    if t.size < 4 or (step <= 0).any():
+        return out
+    away = np.linalg.norm(np.diff(np.diff(v, axis=0) / step[:, None], axis=0), axis=1)
+    out[2:-1] = np.minimum(away[:-1], away[1:]) > JUMP_MPS2 + TURN_MPS3 * step[1:-1]
+    return out
 
 
 def _exact(time: Floats, truth: Floats, velocity: Floats, frame: Floats, sd: Floats) -> AntennaPlots:

@@ -2,5 +2,6 @@
 
 from __future__ import annotations
 
-PLAIN_CHARTS = ("plan", "height", "nis", "radial_error")
-MODELS_CHARTS = (*PLAIN_CHARTS, "mode_probabilities")
+PLAIN_CHARTS = ("plan", "height", "speed", "acceleration", "nis", "radial_error", "trials_up", "trials_velocity_up")
+MODELS_CHARTS = (*PLAIN_CHARTS, "mode_probabilities", "trials_modes")
+"""Charts of multiple-model tracking."""

@@ -6,16 +6,18 @@ A group is one measurement, or the plots of one scan among which at most one is 
 2. `_choose`    with a gate: the plot nearest to the prediction, in each lane;
 3. `_move`      all hypotheses to its time, in one step or, over a long gap, in steps of the base interval;
 4. rows for each hypothesis, `absorb`, `conclude` (`toolbox.filters.multiple_model`);
-5. `_finish`    what became of each row; the manoeuvre detector; the report.
+5. `finish`     what became of each row; the manoeuvre detector; `write` the report (`filter_report`).
+
+Nothing here creates an array: the compiler then counts no references, which would cost a third of the time.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from algorithms.multiple_model.filter_report import finish, start, write
 from algorithms.multiple_model.states import (
     COASTING,
-    NOT_NEAREST,
     OUTSIDE_GATE,
     R_DOMAIN,
     R_DOUBTFUL,
@@ -23,36 +25,20 @@ from algorithms.multiple_model.states import (
     R_FIRST,
     R_GAP,
     R_NONE,
-    R_NOT_NEAREST,
     R_OUTSIDE,
-    R_RATE,
-    R_RESTARTED,
-    R_STEPS,
-    R_UNUSUAL,
     REJECTED,
-    RESTARTED,
     STARTED,
-    UNUSUAL,
-    UNUSUAL_NIS,
     UPDATED,
     WAITING,
 )
 from algorithms.toolbox.filters.merging import MOMENT, merge_moments, merge_weights
-from algorithms.toolbox.filters.multiple_model import (
-    absorb,
-    advance,
-    combine,
-    conclude,
-    place,
-    settle_start,
-    start_lane,
-)
-from algorithms.toolbox.kernels import LANES, inlined, kernel
+from algorithms.toolbox.filters.multiple_model import absorb, advance, conclude, place, settle_start
+from algorithms.toolbox.kernels import LANES, bare
 from algorithms.toolbox.kernels.symmetric import solve3
-from algorithms.toolbox.sensors.position_rows import PositionMark, gradients, linearised, position_covariance
+from algorithms.toolbox.sensors.position_rows import PositionMark, linearised
 
 
-@kernel
+@bare
 def region_of(setup, x, y, z):
     """Number of the first region that holds a point; the count of regions where none does."""
     count = setup.heights.shape[0]
@@ -74,7 +60,7 @@ def region_of(setup, x, y, z):
     return count
 
 
-@inlined
+@bare
 def _begin(k, stop, lanes, marks, setup, bank, track, state, now, rows):
     """Decide what each lane does with the rows k to stop; start the lanes that have no track."""
     fresh = 0
@@ -113,46 +99,24 @@ def _begin(k, stop, lanes, marks, setup, bank, track, state, now, rows):
             continue
         now.status[lane] = STARTED
         now.reason[lane] = R_GAP if state.live[lane] == 1 else R_FIRST
-        _start(row, lane, marks, setup, bank, track, state, now, rows)
+        start(row, lane, marks, setup, bank, track, state, now, rows)
         fresh += 1
     return fresh
 
 
-@kernel
-def _start(row, lane, marks, setup, bank, track, state, now, rows):
-    """Start a track in one lane, at the measurement and with its covariance."""
-    covariance = np.empty(6)
-    position = np.empty(3)
-    for a in range(3):
-        position[a] = marks.y[row, a, lane]
-        rows.at[a, lane] = position[a]
-    gradients(marks.kind[row], marks.axes[marks.sensor[row]], marks.origin[row], rows.at, rows.r)
-    position_covariance(rows.r, marks.sd[row], lane, covariance)
-    start_lane(bank, track, lane, position, covariance, setup.velocity_variance, setup.acceleration_variance)
-    track.boost[lane] = 1.0
-    state.memory[lane] = 0.0
-    state.live[lane] = 1
-    state.time[lane] = marks.time[row]
-    state.sensor[lane] = marks.sensor[row]
-    state.started[lane] += 1
-    state.number[lane] = state.started[lane]
-    now.fresh[lane] = 1.0
-    now.shown[lane] = 1
-
-
-@inlined
+@bare
 def _fill(row, lane_row, lanes, marks, now):
     """Copy rows into the lanes: row `row`, or each lane's own of `lane_row` where `row` < 0."""
-    for lane in range(lanes):
-        r = row if row >= 0 else lane_row[lane]
-        good = marks.valid[r, lane] == 1
-        for a in range(3):
+    for a in range(3):
+        for lane in range(lanes):
+            r = row if row >= 0 else lane_row[lane]
+            good = marks.valid[r, lane] == 1
             now.z[a, lane] = marks.z[r, a, lane] if good else 0.0
             now.y[a, lane] = marks.y[r, a, lane] if good else 0.0
             now.sd[a, lane] = marks.sd[r, a] if good else 1.0
 
 
-@inlined
+@bare
 def _move(bank, setup, track, work, state, now):
     """Move all hypotheses over `now.dt`; long gaps in steps where they are asked for."""
     for lane in range(LANES):
@@ -178,21 +142,19 @@ def _move(bank, setup, track, work, state, now):
             conclude(bank, track, work, now.stepping)
 
 
-@inlined
-def _predicted(work, out, weight, total):
+@bare
+def predicted(work, now):
     """Moments of the predicted hypotheses in `work`."""
-    merge_weights(work.log, -1, MOMENT, weight, total)
-    merge_moments(work.s, weight, out)
+    merge_weights(work.log, -1, MOMENT, now.weight, now.total, work.spare)
+    merge_moments(work.s, now.weight, now.predicted)
 
 
-@inlined
-def _distances(lanes, mark, setup, now, weight, total, work, rows):
+@bare
+def _distances(lanes, mark, setup, now, work, rows):
     """Squared distance of the mark from the predicted mixture in each lane."""
-    _predicted(work, now.predicted, weight, total)
+    predicted(work, now)
     linearised(mark, 1 if setup.way > 1 else setup.way, now.go, now.predicted, rows)
-    s = np.empty(6)
-    nu = np.empty(3)
-    out = np.empty(3)
+    s, nu, out = now.small[0], now.small[1], now.small[2]
     for lane in range(lanes):
         now.distance[lane] = np.inf
         if now.go[lane] == 0.0:
@@ -210,9 +172,10 @@ def _distances(lanes, mark, setup, now, weight, total, work, rows):
             now.distance[lane] = nu[0] * out[0] + nu[1] * out[1] + nu[2] * out[2]
 
 
-@inlined
-def _choose(k, stop, lanes, marks, setup, bank, track, state, work, rows, now, weight, total, keep, report):
+@bare
+def _choose(k, stop, lanes, marks, setup, bank, track, state, work, rows, now, report):
     """In each lane that takes a measurement choose the nearest row within the gate, or none."""
+    keep = now.keep
     for lane in range(lanes):
         keep[lane] = now.go[lane]
         now.best[lane] = np.inf
@@ -227,7 +190,7 @@ def _choose(k, stop, lanes, marks, setup, bank, track, state, work, rows, now, w
         mark = PositionMark(marks.kind[r], marks.axes[marks.sensor[r]], marks.origin[r], now.sd, now.z, now.y)
         clip = advance(bank, track, work, now.dt, now.region)
         state.clip[0] = clip if np.isnan(clip) else max(state.clip[0], clip)
-        _distances(lanes, mark, setup, now, weight, total, work, rows)
+        _distances(lanes, mark, setup, now, work, rows)
         for lane in range(lanes):
             if keep[lane] > 0.0 and report.distance.shape[0] > 0 and now.go[lane] > 0.0:
                 report.distance[r, lane] = np.sqrt(now.distance[lane])
@@ -247,122 +210,11 @@ def _choose(k, stop, lanes, marks, setup, bank, track, state, work, rows, now, w
                 now.reason[lane] = R_DOUBTFUL
 
 
-@kernel
-def _sound(track, lane, models):
-    """Whether every model's numbers of a lane are finite and its position variances positive."""
-    for m in range(models):
-        total = track.log[m, lane]
-        for i in range(9):
-            total += track.s[m, i, lane]
-            variance = track.s[m, place(i, i), lane]
-            total += variance
-            if variance < 0.0 or (i % 3 == 0 and variance == 0.0):
-                return False
-        if not np.isfinite(total):
-            return False
-    return True
-
-
-@inlined
-def _finish(lanes, marks, setup, bank, track, state, work, now, report, rows):
-    """What became of the rows; lanes whose numbers lost their meaning start anew; the manoeuvre detector."""
-    models = track.log.shape[0]
-    again = 0
-    for lane in range(lanes):
-        if now.go[lane] == 0.0:
-            continue
-        row = now.chosen[lane]
-        if not _sound(track, lane, models):
-            now.status[lane] = RESTARTED
-            now.reason[lane] = R_RESTARTED
-            now.go[lane] = 0.0
-            _start(row, lane, marks, setup, bank, track, state, now, rows)
-            again += 1
-            continue
-        h = track.lead[lane] * (models + 1) if work.s.shape[0] > models else track.lead[lane]
-        nis = work.nis[h, lane]
-        report.nis[row, lane] = nis
-        dof = marks.dof[row]
-        if nis > UNUSUAL_NIS[dof - 1]:
-            now.status[lane] = UNUSUAL
-            if now.reason[lane] == R_NONE:
-                now.reason[lane] = R_UNUSUAL
-        elif now.reason[lane] == R_NONE and now.dt[lane] > setup.substep_above_s:
-            now.reason[lane] = R_STEPS
-        elif now.reason[lane] == R_NONE and now.dt[lane] > bank.rate_above_s:
-            now.reason[lane] = R_RATE
-        state.time[lane] = marks.time[row]
-        state.sensor[lane] = marks.sensor[row]
-        if setup.fade > 0.0:
-            state.memory[lane] = setup.fade * state.memory[lane] + (1.0 - setup.fade) * nis / dof
-            if state.memory[lane] > setup.boost_above:
-                track.boost[lane] = setup.boost
-            elif state.memory[lane] < setup.calm_below:
-                track.boost[lane] = 1.0
-    return again
-
-
-@inlined
-def _write(k, stop, lanes, bank, track, work, state, now, report, weight, total):
-    """Report the group: the chosen row of each lane, and why the other rows were not."""
-    models = track.log.shape[0]
-    coasting = 0
-    for lane in range(lanes):
-        if now.shown[lane] == 1 and now.go[lane] == 0.0 and now.fresh[lane] == 0.0:
-            coasting += 1
-    if coasting > 0:
-        _predicted(work, now.predicted, weight, total)
-    combine(bank, track, work, now.answer)
-    lean = report.model_state.shape[0] == 0
-    for lane in range(lanes):
-        row = now.chosen[lane]
-        for r in range(k, stop):
-            if r != row:
-                report.status[r, lane] = NOT_NEAREST if now.go[lane] > 0.0 else now.status[lane]
-                report.reason[r, lane] = R_NOT_NEAREST if now.go[lane] > 0.0 else now.reason[lane]
-        report.status[row, lane] = now.status[lane]
-        report.reason[row, lane] = now.reason[lane]
-        if now.shown[lane] == 0:
-            continue
-        report.track[row, lane] = state.number[lane]
-        predicted = now.go[lane] == 0.0 and now.fresh[lane] == 0.0
-        for i in range(9):
-            report.state[row, i, lane] = now.predicted[i, lane] if predicted else now.answer[i, lane]
-        for m in range(models):
-            if predicted:
-                # Of a hypothesis pair the later model counts.
-                share = 0.0
-                pairs = work.s.shape[0] // models
-                for h in range(m * pairs, (m + 1) * pairs):
-                    share += weight[h, lane]
-                report.probability[row, m, lane] = share
-            else:
-                report.probability[row, m, lane] = np.exp(track.log[m, lane])
-        if lean:
-            for a in range(3):
-                for b in range(a + 1):
-                    i = place(3 * a, 3 * b)
-                    value = now.predicted[i, lane] if predicted else now.answer[i, lane]
-                    report.covariance[row, a * (a + 1) // 2 + b, lane] = value
-            continue
-        for i in range(45):
-            report.covariance[row, i, lane] = now.predicted[9 + i, lane] if predicted else now.answer[9 + i, lane]
-        for m in range(models):
-            h = m * (models + 1) if work.s.shape[0] > models else m
-            for i in range(9):
-                report.model_state[row, m, i, lane] = work.s[h, i, lane] if predicted else track.s[m, i, lane]
-            if now.go[lane] > 0.0:
-                report.likelihood[row, m, lane] = work.likelihood[h, lane]
-
-
-@kernel
+@bare
 def filter_groups(marks, setup, bank, track, state, work, rows, now, report, first, last):
     """Filter the groups first <= g < last in all lanes."""
     lanes = marks.valid.shape[1]
     hypotheses = work.s.shape[0]
-    weight = np.empty((hypotheses, LANES))
-    total = np.empty(LANES)
-    keep = np.zeros(LANES)
     for g in range(first, last):
         k, stop = marks.group[g], marks.group[g + 1]
         fresh = _begin(k, stop, lanes, marks, setup, bank, track, state, now, rows)
@@ -372,8 +224,11 @@ def filter_groups(marks, setup, bank, track, state, work, rows, now, report, fir
             for lane in range(lanes):
                 now.region[lane] = region_of(setup, track.common[0, lane], track.common[3, lane], track.common[6, lane])
         if np.isfinite(setup.gate):
-            _choose(k, stop, lanes, marks, setup, bank, track, state, work, rows, now, weight, total, keep, report)
+            _choose(k, stop, lanes, marks, setup, bank, track, state, work, rows, now, report)
         _fill(-1, now.chosen, lanes, marks, now)
+        if marks.boost.shape[0] > 0:
+            for lane in range(lanes):
+                track.boost[lane] = marks.boost[now.chosen[lane], lane]
         _move(bank, setup, track, work, state, now)
         row = now.chosen[0]
         mark = PositionMark(marks.kind[row], marks.axes[marks.sensor[row]], marks.origin[row], now.sd, now.z, now.y)
@@ -384,18 +239,22 @@ def filter_groups(marks, setup, bank, track, state, work, rows, now, report, fir
                 _same_rows(now.y, now.go, work.s[h], rows.r)
             absorb(work, h, rows.r, rows.log_volume)
         conclude(bank, track, work, now.go)
-        if _finish(lanes, marks, setup, bank, track, state, work, now, report, rows) > 0:
+        if finish(lanes, marks, setup, bank, track, state, work, now, report, rows) > 0:
             settle_start(bank, track, work, now.fresh)
-        _write(k, stop, lanes, bank, track, work, state, now, report, weight, total)
-        if bank.structure != 0 and setup.heights.shape[0] > 0:
-            track.common[:] = now.answer
+        coasting = 0
+        for lane in range(lanes):
+            if now.shown[lane] == 1 and now.go[lane] == 0.0 and now.fresh[lane] == 0.0:
+                coasting += 1
+        if coasting > 0:
+            predicted(work, now)
+        write(k, stop, lanes, coasting, setup, bank, track, work, state, now, report)
 
 
-@inlined
+@bare
 def _same_rows(y, go, x, rows):
     """Innovations of another hypothesis by the rows that all share."""
     for i in range(3):
+        h0, h1, h2, nu = rows[3 * i], rows[3 * i + 1], rows[3 * i + 2], rows[9 + i]
         for lane in range(LANES):
             dx, dy, dz = y[0, lane] - x[0, lane], y[1, lane] - x[3, lane], y[2, lane] - x[6, lane]
-            nu = rows[3 * i, lane] * dx + rows[3 * i + 1, lane] * dy + rows[3 * i + 2, lane] * dz
-            rows[9 + i, lane] = nu if go[lane] > 0.0 else 0.0
+            nu[lane] = h0[lane] * dx + h1[lane] * dy + h2[lane] * dz if go[lane] > 0.0 else 0.0

@@ -59,8 +59,8 @@ class Prepared:
     settings: dict[str, Setting] = field(default_factory=dict)
     notes: list[Note] = field(default_factory=list)
 
-    def marks(self, recording: Plots, rows: Ints, part: slice, group: Ints) -> Marks:
-        """Rows of one target and a block of lanes."""
+    def marks(self, recording: Plots, rows: Ints, part: slice, group: Ints, boost: Floats | None = None) -> Marks:
+        """Rows of one target and a block of lanes; `boost` (M, L) of the whole recording, see `Marks`."""
 
         def cut(array: NDArray[Item]) -> NDArray[Item]:
             chosen = array if rows.size == len(array) else array[rows]
@@ -78,6 +78,7 @@ class Prepared:
             y=cut(self.y),
             valid=cut(self.valid),
             dof=self.dof[rows],
+            boost=np.empty((0, 0)) if boost is None else cut(boost),  # type: ignore[arg-type]
         )
 
 

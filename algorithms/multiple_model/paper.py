@@ -80,12 +80,14 @@ def _judge_merging(run: StudyRun) -> Sequence[Verdict]:
     hard = run.ratio("rms_up_m", "modified", "combined", "manoeuvre")
     structure = [run.ratio("rms_up_m", "combined", "gpb2", stage) for stage in STAGES]
     worst = max(structure, key=lambda f: f.value)
+    least = min(found.value for found in structure)
+    near: Word = "not" if worst.value >= 1.05 else "reproduced" if least > 1 else "partly"
     return (
         Verdict(
             _COMBINED, moment.value, "times",
             "reproduced" if moment.value > 1 and largest > 1.01 else "partly",
-            f"All together are {moment.value:.3f} times worse on the arc; the best one alone is at most {largest:.3f} "
-            "times worse on any stage.",
+            f"On the arc the error of all together is {moment.value:.3f} times its own; that of the best one alone is "
+            f"at most {largest:.3f} times its own on any stage.",
             moment.low, moment.high,
         ),
         Verdict(
@@ -93,8 +95,9 @@ def _judge_merging(run: StudyRun) -> Sequence[Verdict]:
             f"Its error in the manoeuvre is {hard.value:.4f} times that of the combined rule.", hard.low, hard.high,
         ),
         Verdict(
-            _STRUCTURES, worst.value, "times", "reproduced" if worst.value < 1.05 else "not",
-            f"With the combined rule MMA2's error is at most {worst.value:.3f} times that of MMA3 on any stage.",
+            _STRUCTURES, worst.value, "times", near,
+            f"With the combined rule MMA2's error is {least:.3f} to {worst.value:.3f} times that of MMA3 over the "
+            "stages.",
             worst.low, worst.high,
         ),
     )  # fmt: skip

@@ -201,7 +201,7 @@ class PaperParameters(MergingParameters):
 
 
 class PaperKalmanParameters(MotionParameters):
-    """One model: nothing is merged."""
+    """Parameters of the paper's Kalman filters with one model: nothing is merged."""
 
     measurement: Literal["converted", "converted_at_prediction", "ekf", "ukf"] = parameter(
         "converted",

@@ -87,6 +87,8 @@ class Marks(NamedTuple):
     """(M, L)"""
     dof: Ints
     """(M,)"""
+    boost: Floats
+    """(M, L) factor of every model's sigma over the interval that ends at a row; none = as the detector says"""
 
 
 class Setup(NamedTuple):
@@ -154,6 +156,15 @@ class Now(NamedTuple):
     answer: Floats
     predicted: Floats
     """(54, LANES), hypotheses"""
+    block: Floats
+    """(6, LANES) of the answer's position"""
+    small: Floats
+    """(3, 6) of one lane"""
+    total: Floats
+    least: Floats
+    keep: Floats
+    weight: Floats
+    """(H, LANES) of the predicted hypotheses"""
 
 
 class Report(NamedTuple):
@@ -188,14 +199,16 @@ def new_lanes() -> Lanes:
     )
 
 
-def new_now() -> Now:
-    """Room for one measurement."""
+def new_now(hypotheses: int) -> Now:
+    """Room for one measurement of so many hypotheses."""
     return Now(
         dt=np.zeros(LANES), region=np.zeros(LANES, np.int64), go=np.zeros(LANES), fresh=np.zeros(LANES),
         shown=np.zeros(LANES, np.int64), status=np.zeros(LANES, np.int64), reason=np.zeros(LANES, np.int64),
         chosen=np.zeros(LANES, np.int64), distance=np.zeros(LANES), best=np.zeros(LANES), limit=np.zeros(LANES),
         left=np.zeros(LANES), step=np.zeros(LANES), stepping=np.zeros(LANES), z=np.zeros((3, LANES)),
         y=np.zeros((3, LANES)), sd=np.ones((3, LANES)), answer=np.zeros((54, LANES)), predicted=np.zeros((54, LANES)),
+        block=np.zeros((6, LANES)), small=np.zeros((3, 6)), total=np.zeros(LANES), least=np.zeros(LANES),
+        keep=np.zeros(LANES), weight=np.zeros((hypotheses, LANES)),
     )  # fmt: skip
 
 

@@ -127,8 +127,9 @@ def run_bank(
     *,
     lean: bool,
     detector: Detector | None = None,
+    boost: Floats | None = None,
 ) -> Filtered:
-    """Filter every target of a recording.
+    """Filter every target of a recording; `boost` (M, L) raises the models' noise over the interval before each row.
 
     Raises
     ------
@@ -158,11 +159,11 @@ def run_bank(
         setup = _setup(parameters, chosen, nearest, recording.time_s[rows], group, int(prepared.dof[0]), detector)
         for first in range(0, trials, LANES):
             part = slice(first, min(first + LANES, trials))
-            marks = prepared.marks(recording, rows, part, group)
+            marks = prepared.marks(recording, rows, part, group, boost)
             lanes = part.stop - part.start
             report = states.new_report(rows.size, n, lanes, lean=lean)
             track, work, state = new_track(n), new_work(n, bank.structure), states.new_lanes()
-            scratch, now = new_rows(), states.new_now()
+            scratch, now = new_rows(), states.new_now(len(work.s))
             step = max(1, SLICE // len(work.s))
             for g in range(0, len(group) - 1, step):
                 context.check_cancelled()
@@ -177,6 +178,7 @@ def run_bank(
                     ours[chosen_rows, ..., part] = theirs
             offset[part] = np.maximum(offset[part], report.track.max(axis=0, initial=0))
             clip = max(clip, float(state.clip[0]))
+    _drop_lost(out)
     _add_notes(out, parameters, clip)
     context.progress(1.0)
     return out
@@ -238,6 +240,20 @@ def _setup(
         first_corner=ends,
         heights=np.array([(r.lowest_up_m, r.highest_up_m) for r in chosen.regions], float).reshape(-1, 2),
     )
+
+
+def _drop_lost(out: Filtered) -> None:
+    """A prediction without a measurement that is no number (an estimate gone astray, in free fall) is no estimate."""
+    report = out.report
+    sound = np.isfinite(report.state).all(axis=1) & np.isfinite(report.covariance).all(axis=1)
+    lost = (report.track > 0) & ~sound
+    count = int(lost.sum())
+    if not count:
+        return
+    report.track[lost] = 0
+    for array in (report.state, report.covariance, report.probability):
+        np.moveaxis(array, 1, 2)[lost] = np.nan
+    out.notes.append(Note("prediction_lost", "predictions that were no numbers were left out", count))
 
 
 def _add_notes(out: Filtered, parameters: MotionParameters, clip: float) -> None:

@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.plot_tracking import gates
-from algorithms.plot_tracking.curve_fit import LINE, Limits, fit
+from algorithms.plot_tracking.base_points import fit_by_base_points
+from algorithms.plot_tracking.curve_fit import CURVE_PLOTS, FREE, LINE, Limits, fit, is_sound
 from algorithms.plot_tracking.line_fit import fit_line
 from algorithms.plot_tracking.plots import Scan
 from algorithms.plot_tracking.track_table import TrackTable
-from algorithms.plot_tracking.window import covariance_of
+from algorithms.plot_tracking.window import Fit, Window, covariance_of
 from algorithms.toolbox.association.sparse import most_pairs_at_least_cost, pairs_within
 from algorithms.toolbox.motion.curvature import position, position_jacobian, wrapped
 
@@ -50,6 +51,7 @@ class Rules:
     confidences: tuple[float, float, float] = gates.CONFIDENCES
     gate_law: str = "paper"
     predictor: str = "ml6"
+    cost: str = "likelihood_ratio"
     reset_on_miss: bool = True
     kept_plots: int = 4
     history_plots: int = 13
@@ -79,6 +81,8 @@ class Taken:
     """of the track, 0 = none yet"""
     at: Ints
     """position of its track in the table of afterwards, -1 = none"""
+    pairs: list[tuple[int, Ints, Ints, Floats]] = field(default_factory=list)
+    """of each stage: its number, and track (in the table of before), plot and distance of every pair inside a gate"""
 
     @classmethod
     def of(cls, plots: int) -> Taken:
@@ -112,6 +116,7 @@ def advance(tracks: TrackTable, scan: Scan, rules: Rules, next_number: Ints) -> 
         which = np.flatnonzero(stages == stage)
         track, plot, distance, cost = offer(tracks, which, scan, taken.free, rules)
         np.add.at(taken.rivals, plot, 1)
+        taken.pairs.append((stage, track, plot, distance))
         chosen = most_pairs_at_least_cost(track, plot, cost)
         _give(tracks, track[chosen], plot[chosen], distance[chosen], scan, taken, stage, rules)
     hit = np.zeros(len(tracks), bool)
@@ -161,7 +166,7 @@ def _offer_follow(tracks: TrackTable, which: Ints, scan: Scan, free: Ints, rules
     across = rules.sigma_theta(pair[0])
     if spread is None:
         d2 = gates.squared_distance(scan.rho[plot], scan.theta[plot], pair, rules.sigma_r, across, m[i])
-        cost = -gates.log_likelihood_ratio(d2, q[i])
+        cost = -gates.log_likelihood_ratio(d2, q[i]) if rules.cost == "likelihood_ratio" else d2 + 4.0 * np.log(m[i])
     else:
         rr, rt, tt = (s[i] for s in spread)
         dr, dt = scan.rho[plot] - pair[0], wrapped(scan.theta[plot] - pair[1])
@@ -175,7 +180,7 @@ def _offer_follow(tracks: TrackTable, which: Ints, scan: Scan, free: Ints, rules
 def _gate_factor(tracks: TrackTable, which: Ints, now_s: float, rules: Rules) -> tuple[Ints, Floats]:
     """Q that counts for the gate, and m."""
     q = tracks.q[which]
-    periods = np.maximum(np.round((now_s - tracks.last_s[which]) / rules.period_s), 1.0)
+    periods = np.maximum(np.round((now_s - tracks.seen_s[which]) / rules.period_s), 1.0)
     missed = _missed(tracks, which, now_s, rules)
     if rules.reset_on_miss:
         q = np.where(missed, gates.LEAST_Q, q)
@@ -188,7 +193,7 @@ def _gate_factor(tracks: TrackTable, which: Ints, now_s: float, rules: Rules) ->
 
 def _missed(tracks: TrackTable, which: Ints, now_s: float, rules: Rules) -> NDArray[np.bool_]:
     """Whether a track has no plot in the scan before this one."""
-    out: NDArray[np.bool_] = now_s - tracks.last_s[which] > MISSED_AFTER * rules.period_s
+    out: NDArray[np.bool_] = now_s - tracks.seen_s[which] > MISSED_AFTER * rules.period_s
     return out
 
 
@@ -254,6 +259,8 @@ def _give(
     taken.distance[plot] = distance
     if stage < 3:
         taken.role[plot] = SECOND if stage == 1 else ACQUIRED
+        if stage == 1:
+            tracks.second[track] = scan.position[plot]
         tracks.append(track, scan, plot)
         return
     of_class = np.minimum(gates.classes(distance, rules.confidences), 2)
@@ -278,9 +285,23 @@ def _refit(tracks: TrackTable, which: Ints, rules: Rules) -> None:
     window = tracks.window(which, rules.sigma_r, rules.sigma_theta)
     if rules.predictor == "line":
         found, how = fit_line(window), np.full(which.size, LINE)
+    elif rules.predictor == "base_points":
+        found, how = _by_base_points(window, rules)
     else:
         found, how = fit(window, rules.limits, penalised=rules.predictor == "map6")
     tracks.p[:, which], tracks.information[:, :, which], tracks.how[which] = found.p, found.information, how
+
+
+def _by_base_points(window: Window, rules: Rules) -> tuple[Fit, Ints]:
+    """The free fit in the coordinates of three base plots; what does not converge there is held as ever."""
+    out, how = fit(window, rules.limits, penalised=True)
+    curved = np.flatnonzero(window.plots >= CURVE_PLOTS)
+    part = window.take(curved)
+    found, _ = fit_by_base_points(part)
+    sound = is_sound(part, found, rules.limits)
+    out.put(curved[sound], found.take(np.flatnonzero(sound)))
+    how[curved[sound]] = FREE
+    return out, how
 
 
 def _polar(p: Floats, t: Floats) -> tuple[Floats, Floats]:

@@ -18,11 +18,16 @@ from algorithms.plot_tracking.line_fit import fit_line
 from algorithms.plot_tracking.window import Bools, Fit, Ints, Window, solved, sum_of_squares, whitened
 from algorithms.toolbox.motion.curvature import Floats, from_three_positions, with_forward_speed
 
-MOST_ITERATIONS = 40
+# Typical are 3 to 12; what takes longer is a flat valley, and moderate motion is then expected instead.
+MOST_ITERATIONS = 25
 STEP_DONE = 1e-7
 DECREASE_DONE = 1e-10
 STEP_SMALL = 1e-3
 MOST_DAMPING = 1e12
+# With so many plots and a cost within so many of its standard deviations the minimum is the lowest.
+ONE_MINIMUM_PLOTS, COST_SIGMAS = 7, 3.0
+# Behind so many iterations a window that hardly gains is where it will be.
+SLOW_AFTER, SLOW_DECREASE, SLOW_STEP = 10, 1e-4, 0.1
 # Speeds below this give no direction to start from.
 LEAST_SPEED_MPS = 1.0
 LEAST_PRIOR_SPEED_MPS = 30.0
@@ -48,7 +53,8 @@ def fit_curve(window: Window, limits: Limits, *, penalised: bool = False) -> Fit
     """Curve with constant acceleration and curvature (ML6), or the same with a penalty on both (MAP6).
 
     From two starts, a weighted quadratic and the curve through the first, the middle and the newest plot; the lower
-    minimum wins. The penalty is (a / sd_a)^2 + (K Vp^2 / sd_n)^2, Vp the speed of the straight line, at least 30 m/s.
+    minimum wins. Many plots with residuals as large as their errors have no second minimum, and need no second start.
+    The penalty is (a / sd_a)^2 + (K Vp^2 / sd_n)^2, Vp the speed of the straight line, at least 30 m/s.
     A window needs four plots.
     """
     prior = np.zeros((2, window.rho.shape[1]))
@@ -57,11 +63,21 @@ def fit_curve(window: Window, limits: Limits, *, penalised: bool = False) -> Fit
         prior[0] = 1.0 / limits.sd_acceleration_mps2
         prior[1] = speed**2 / limits.sd_normal_mps2
     first = _descend(window, quadratic_start(window), prior)
-    second = _descend(window, three_point_start(window), prior)
-    other = _total(second, prior) < _total(first, prior)
-    where = np.flatnonzero(other)
-    first.put(where, second.take(where))
+    doubtful = np.flatnonzero(_may_be_another(window, first))
+    if doubtful.size:
+        part = window.take(doubtful)
+        second = _descend(part, three_point_start(part), prior[:, doubtful])
+        other = np.flatnonzero(_total(second, prior[:, doubtful]) < _total(first, prior)[doubtful])
+        first.put(doubtful[other], second.take(other))
     return first
+
+
+def _may_be_another(window: Window, found: Fit) -> Bools:
+    """Whether a lower minimum is to be looked for: few plots, no convergence, or residuals larger than errors are."""
+    equations = 2.0 * window.plots
+    plausible = found.cost < equations + COST_SIGMAS * np.sqrt(2.0 * equations)
+    out: Bools = ~found.converged | (window.plots < ONE_MINIMUM_PLOTS) | ~plausible
+    return out
 
 
 def fit(window: Window, limits: Limits, *, penalised: bool = False) -> tuple[Fit, Ints]:
@@ -145,7 +161,7 @@ def _descend(window: Window, start: Floats, prior: Floats) -> Fit:
     value = _value(r, p, prior)
     damping = np.full(count, 1e-3)
     done = np.logical_not(sound)
-    for _ in range(MOST_ITERATIONS):
+    for iteration in range(MOST_ITERATIONS):
         busy = np.flatnonzero(~done)
         if not busy.size:
             break
@@ -159,6 +175,9 @@ def _descend(window: Window, start: Floats, prior: Floats) -> Fit:
         better = attempted <= value[busy]
         gained = (value[busy] - attempted) / np.maximum(value[busy], 1e-12)
         done[busy] = (size < STEP_DONE) | (better & (gained < DECREASE_DONE) & (size < STEP_SMALL))
+        if iteration >= SLOW_AFTER:
+            # In a flat valley every step gains next to nothing: it is a hundredth of an error from the minimum.
+            done[busy] |= better & (gained < SLOW_DECREASE) & (size < SLOW_STEP)
         damping[busy] = np.where(better, np.maximum(0.1 * damping[busy], 1e-12), 10.0 * damping[busy])
         to = busy[better]
         p[:, to], value[to] = trial[:, better], attempted[better]
@@ -174,12 +193,10 @@ def _descend(window: Window, start: Floats, prior: Floats) -> Fit:
 
 def _normal(r: Floats, j: Floats, p: Floats, prior: Floats) -> tuple[Floats, Floats]:
     """Information (6, 6, W) and half the negative gradient (6, W) of the penalised cost."""
-    count = p.shape[1]
-    information = np.zeros((6, 6, count))
-    gradient = np.zeros((6, count))
-    for row, residual in zip(j, r, strict=True):
-        information += row[:, None] * row[None]
-        gradient += row * residual
+    # A product for each window, whose order of summing does not depend on its neighbours.
+    rows = np.ascontiguousarray(j.transpose(2, 1, 0))
+    information = np.ascontiguousarray((rows @ rows.swapaxes(1, 2)).transpose(1, 2, 0))
+    gradient = np.ascontiguousarray((rows @ r.T[..., None])[..., 0].T)
     for i, weight in zip((4, 5), prior, strict=True):
         information[i, i] += weight**2
         gradient[i] -= weight**2 * p[i]

@@ -35,6 +35,8 @@ class TrackTable:
     confirmed : whether it ever had as many plots as confirm it
     p, information : (6, T), (6, 6, T) its trajectory, epoch at its newest plot
     how : how that was fitted (`curve_fit`)
+    seen_s : s, instant of the scan of its newest plot
+    first, second : rows in the recording of its first two plots, which it took before it had a number; -1 = none
     """
 
     lane: Ints
@@ -50,6 +52,9 @@ class TrackTable:
     p: Floats
     information: Floats
     how: Ints
+    first: Ints
+    second: Ints
+    seen_s: Floats
 
     def __len__(self) -> int:
         """Return the number of tracks."""
@@ -73,6 +78,9 @@ class TrackTable:
             p=np.full((6, count), np.nan),
             information=np.full((6, 6, count), np.nan),
             how=np.zeros(count, np.int64),
+            first=scan.position[which],
+            second=np.full(count, -1),
+            seen_s=np.full(count, scan.time_s),
             **rows,
         )
 
@@ -101,6 +109,7 @@ class TrackTable:
         self.plots[which] = np.minimum(self.plots[which] + 1, self.rho.shape[0])
         self.hits[which] += 1
         self.misses[which] = 0
+        self.seen_s[which] = scan.time_s
 
     def keep_newest(self, which: Ints, plots: Ints | int) -> None:
         """Forget all but the newest plots of these tracks."""

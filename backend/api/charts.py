@@ -32,13 +32,16 @@ if TYPE_CHECKING:
 router = APIRouter(tags=["charts"])
 
 # Charts of statistics over trials; what the algorithms declare then shows the first trial as an example.
-TRIAL_CHARTS = ("trials_error", "trials_consistency", "trials_lost", "trials_sweep")
+TRIAL_CHARTS = ("trials_error", "trials_gain", "trials_consistency", "trials_lost", "trials_sweep")
+# Charts of one algorithm against another.
+OF_SEVERAL = ("trials_gain",)
 # Charts that say nothing where fewer values are swept.
 OF_SWEEPS = {
     "trials_sweep": 1,
     "trials_crossing_sweep": 1,
     "trials_probability": 1,
     "trials_base": 1,
+    "trials_nonlinearity": 1,
     "trials_placement": 2,
 }
 
@@ -215,6 +218,7 @@ def charts_of_entries(
         chosen = of_trials if set(of_trials) & set(TRIAL_CHARTS) else (*of_trials, *TRIAL_CHARTS)
         swept = len(source.get("sweep") or ())
         own = [name for name in chosen if swept >= OF_SWEEPS.get(name, 0)]
+        own = [name for name in own if len(entries) > 1 or name not in OF_SEVERAL]
         names = dict.fromkeys((*own, *(() if trials_only else names)))
     return [found[name] for name in names if name in found]
 
@@ -288,17 +292,22 @@ def selected(view: RunView, target: str) -> RunView:
 def _run_view(services: Services, run: stored.Run, measurements: Measurements, partial: PartialRun | None) -> RunView:
     entries = (chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms))
     if partial is not None:
-        entries = (_partial_entry(partial, e.label, i, e.name) for i, e in enumerate(run.algorithms))
+        entries = (_partial_entry(partial, e, i) for i, e in enumerate(run.algorithms))
     legs = tuple((name, start, stop) for name, start, stop in run.source.get("legs", ()))
-    return RunView(recording=measurements.load(), entries=tuple(entries), legs=legs)
+    return RunView(measurements.load(), tuple(entries), legs=legs, scenario=preset_of(run.source))
 
 
-def _partial_entry(partial: PartialRun, label: str, index: int, algorithm: str) -> Entry:
+def preset_of(source: Mapping[str, Any]) -> str:
+    """Return the preset that a run's trials are simulated from; empty for a run on recordings."""
+    return str(source["scenario"]["preset"]) if "scenario" in source else ""
+
+
+def _partial_entry(partial: PartialRun, declared: stored.Entry, index: int) -> Entry:
     def table(name: str) -> Table:
         found = partial.table(name)
-        return Table({}) if found is None else rows_of_label(found, label)
+        return Table({}) if found is None else rows_of_label(found, declared.label)
 
-    return Entry(label, index, algorithm, table, dict)
+    return Entry(declared.label, index, declared.name, table, dict, declared.parameters)
 
 
 def chart_entry(services: Services, run: stored.Run, declared: stored.Entry, *, index: int, label: str) -> Entry:
@@ -318,6 +327,7 @@ def chart_entry(services: Services, run: stored.Run, declared: stored.Entry, *, 
         algorithm=declared.name,
         table=table,
         arrays=lambda: load_entry_arrays(services.store, run, declared.label),
+        parameters=declared.parameters,
     )
 
 

@@ -42,6 +42,8 @@ class RawUploadQuery(BaseModel):
     """Seconds of one turn of the antenna."""
     order: Literal["sort", "reject"] | None = None
     """What happens to rows that are earlier than one before them."""
+    equal_times: Literal["reject", "average"] | None = None
+    """What happens to a Doppler that is measured again at the same instant."""
 
 
 class ReadAgain(BaseModel):

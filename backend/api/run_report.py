@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from algorithms.result import Table
 from backend.api import uploads
-from backend.api.charts import chart_entry, charts_of_run
+from backend.api.charts import chart_entry, charts_of_run, preset_of
 from backend.api.exports import NoQuery
 from backend.api.measurements import of_run
 from backend.api.report_content import about_scenario, counted, report_content
@@ -64,6 +64,7 @@ def _content(services: Services, run: stored.Run) -> Any:
         recording=measured.load(),
         entries=tuple(chart_entry(services, run, e, index=i, label=e.label) for i, e in enumerate(run.algorithms)),
         legs=tuple((name, start, stop) for name, start, stop in run.source.get("legs", ())),
+        scenario=preset_of(run.source),
     )
     return report_content(
         title=run.label or f"Run {run.id}",

@@ -170,6 +170,9 @@ def _instants(preset: Scenario, plan: TrialsPlan, seed: int) -> tuple[int, list[
         except InputError as error:
             pointer = f"/scenario/parameters{error.pointer or ''}"
             detail = f"{error.message}. {error.remedy}".replace("..", ".").strip()
+            for name, value in cell.values.items():
+                if error.pointer == f"/{name.rpartition('.')[2]}":
+                    pointer, detail = f"/sweep/{_escaped(name)}", f"{value!r}: {detail}"
             problems.append(ProblemItem(pointer=pointer, detail=detail, code=error.code))
             continue
         largest = max(largest, instants)

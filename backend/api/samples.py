@@ -38,6 +38,13 @@ class Sample:
 # The last one stands at the top of the list of runs.
 SAMPLES = (
     Sample(
+        name="tracking",
+        files={"file": "sample_tracking.csv", "site": "sample_tracking_radar.json"},
+        algorithms=("imm_tracker", "curvature_tracker"),
+        label="Sample: tracks of ten aircraft from the plots of one radar",
+        parameters={"curvature_tracker": {"performance": "airliner"}},
+    ),
+    Sample(
         name="plots",
         files={"file": "sample_plots.csv", "site": "sample_radars.json"},
         algorithms=("pairwise_test", "assignment", "track_association"),
@@ -51,6 +58,12 @@ SAMPLES = (
         files={"file": "sample_dopplers.csv", "site": "sample_doppler_site.json"},
         algorithms=("forward_scatter_ml", "forward_scatter_lines", "forward_scatter_angle"),
         label="Sample: three passes across a base line",
+    ),
+    Sample(
+        name="antenna",
+        files={"file": "sample_antenna.csv", "site": "sample_antenna_site.json"},
+        algorithms=("multiple_model", "mma2_122", "switched_kalman", "model_smoother"),
+        label="Sample: ballistic arc and a manoeuvre before an antenna",
     ),
     Sample(
         name="marks",

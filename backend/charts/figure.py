@@ -40,7 +40,7 @@ SUMMARY_POINTS = 500
 HOVER_WORDS = 5000
 DECADES_WITH_DIGITS = 3.5
 
-_REASONS = {
+REASONS = {
     "no_altitude": "No altitude was decoded, estimated or known.",
     "no_marks": "The recording holds no marks.",
     "no_states": "No algorithm of this run gave an estimate.",
@@ -63,6 +63,7 @@ _REASONS = {
     "no_angular_velocity": "No algorithm of this run works with an angular velocity.",
     "no_sensitivities": "No pass has an answer for which calibration errors could be computed.",
     "no_base_bounds": "No pass has an answer from which the bound along the base line could be computed.",
+    "no_single_trials": "The run keeps no paths of single trials, or none is finished yet.",
     "no_decisions": "No algorithm of this run decides which plots belong together.",
     "too_many_bars": "This run has more combinations of swept values than bars can show.",
     "no_single_values": "This run keeps no single values of pairs, or none is finished yet.",
@@ -70,6 +71,8 @@ _REASONS = {
     "no_pairs": "No algorithm of this run accepted a pair.",
     "no_second_sweep": "The map needs a run that varies two numbers.",
     "nothing_observable": "Nowhere on this map can the stations tell a position: add a station or an altitude.",
+    "no_velocity": "No algorithm of this run estimates a velocity.",
+    "no_acceleration": "No algorithm of this run estimates an acceleration.",
     "other_kind": "This chart is for recordings of another kind.",
 }
 
@@ -234,7 +237,7 @@ def figure(
 
 def not_applicable(title: str, code: str) -> Figure:
     """A figure without traces that says why there is nothing to see."""
-    detail = _REASONS[code]
+    detail = REASONS[code]
     about = {"notes": [], "not_applicable": code, "detail": detail}
     words = {"text": detail, "showarrow": False, "xref": "paper", "yref": "paper", "x": 0.5, "y": 0.5}
     heading = {"text": title, "x": 0, "xref": "paper", "xanchor": "left", "font": {"size": 15}}

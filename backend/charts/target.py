@@ -54,7 +54,8 @@ def run_view_of(view: RunView, target: str) -> RunView:
     Tables of the entries hold its rows alone. Arrays stay whole: a chart finds its marks in them by the row numbers of
     the recording, which holds nothing else.
     """
-    return RunView(
+    return replace(
+        view,
         recording=recording_of(view.recording, target),
         entries=tuple(_entry_of(entry, target) for entry in view.entries),
         others=tuple(recording_of(other, target) for other in view.others),

@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 from algorithms.result import Table
 from backend.charts.columns import texts
 from backend.charts.figure import ChartNote, Trace, axis, figure, log_axis, marker_of, not_applicable, trace
+from backend.charts.swept import title_of
 from backend.charts.trial_curves import line_of_variant
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView, swept_columns
 
 TITLE = "Error against the swept value"
 METRIC = "rms_horizontal_m"
-MOST_TICKS = 12
+# Share of the axis between two ticks at least.
+APART = 0.06
 # Errors within this factor stand on a linear axis.
 LINEAR_UP_TO = 10
-# Ends of names of parameters.
-UNITS = {
-    "m": "m", "km": "km", "s": "s", "ns": "ns", "ppm": "ppm", "deg": "deg", "hz": "Hz",
-    "mps": "m/s", "mps2": "m/s²", "mps3": "m/s³",
-}  # fmt: skip
+VALUES = ("value", "ci95_low", "ci95_high")
+
+Floats = NDArray[np.float64]
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -37,26 +37,26 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             traces += _lines(entry, table, swept)
     if not traces:
         return not_applicable(TITLE, "no_sweep")
-    first = names[0]
-    notes = [ChartNote("sweep", "Root mean square over all instants and trials; bars are 95 % intervals.")]
     values = np.concatenate([np.asarray(t["x"], float) for t in traces])
-    positive = values.size > 0 and bool((values > 0).all()) and values.max() / values.min() >= 10
+    traces += [t for entry in view.entries for t in _level(entry, _wanted(entry.table("metrics")), values)]
+    log = _is_logarithmic(values)
     return figure(
         TITLE,
         traces,
         recording=view.recording,
-        notes=notes,
-        xaxis=axis(_words(first), type="log" if positive else "linear", **_ticks(values)),
+        notes=[ChartNote("sweep", "Root mean square over all instants and trials; bars are 95 % intervals.")],
+        xaxis=axis(title_of(names[0], view), type="log" if log else "linear", **_ticks(values, log=log)),
         yaxis=_error_axis(traces),
     )
 
 
-def _words(name: str) -> str:
-    """Title of the axis of a swept name: its words, and the unit that it ends with."""
-    quantity, _, suffix = name.rpartition(".")[2].rpartition("_")
-    if quantity and suffix in UNITS:
-        return f"{quantity.replace('_', ' ')}, {UNITS[suffix]}"
-    return name.rpartition(".")[2].replace("_", " ")
+def _is_logarithmic(values: Floats) -> bool:
+    """Whether values over a decade or more lie better apart on a logarithmic axis."""
+    swept = np.unique(values)
+    if swept.size < 2 or swept[0] <= 0 or swept[-1] < 10 * swept[0]:
+        return False
+    gaps = [np.diff(places).min() / (places[-1] - places[0]) for places in (np.log10(swept), swept)]
+    return bool(gaps[0] >= gaps[1])
 
 
 def _error_axis(traces: list[Trace]) -> dict[str, Any]:
@@ -69,12 +69,16 @@ def _error_axis(traces: list[Trace]) -> dict[str, Any]:
     return log_axis(title, traces)
 
 
-def _ticks(values: NDArray[np.float64]) -> dict[str, Any]:
-    """A tick at every swept value where they are few: on a logarithmic axis plotly.js writes bare digits otherwise."""
+def _ticks(values: Floats, *, log: bool) -> dict[str, Any]:
+    """A tick at every swept value that has room: on a logarithmic axis plotly.js writes bare digits otherwise."""
     swept = np.unique(values[np.isfinite(values)])
-    if swept.size > MOST_TICKS:
-        return {}
-    return {"tickmode": "array", "tickvals": swept, "ticktext": [f"{v:g}" for v in swept]}
+    places = np.log10(swept) if log else swept
+    shown: list[int] = []
+    for i, place in enumerate(places):
+        if not shown or place - places[shown[-1]] >= APART * (places[-1] - places[0]):
+            shown.append(i)
+    chosen = swept[shown]
+    return {"tickmode": "array", "tickvals": chosen, "ticktext": [f"{v:g}" for v in chosen]}
 
 
 def _wanted(table: Table) -> Table:
@@ -85,9 +89,17 @@ def _wanted(table: Table) -> Table:
     return table.take(texts(table, "metric").are(METRIC) & over_all)
 
 
-def _numbers(table: Table, name: str) -> NDArray[np.float64]:
+def _numbers(table: Table, name: str) -> Floats:
     column = table.columns[name]
     return np.asarray(column, float) if isinstance(column, np.ndarray) else np.full(len(table), np.nan)
+
+
+def _level(entry: Entry, table: Table, swept: Floats) -> list[Trace]:
+    """An algorithm that is not swept itself and ran once stands as a level beside those that are."""
+    if len(table) != 1 or any(np.isfinite(_numbers(table, name)).any() for name in swept_columns(table)):
+        return []
+    ends = np.array([swept.min(), swept.max()])
+    return [_trace(entry, entry.label, ends, [np.repeat(_numbers(table, n), 2) for n in VALUES], mode="lines")]
 
 
 def _lines(entry: Entry, table: Table, swept: list[str]) -> list[Trace]:
@@ -106,29 +118,24 @@ def _lines(entry: Entry, table: Table, swept: list[str]) -> list[Trace]:
         rows = rows[np.argsort(x[rows])]
         words = "".join(f", {n.rpartition('.')[2]} = {v:g}" for n, v in zip(own[1:], values, strict=True))
         look = line_of_variant(entry, k, len(different))
-        value, low, high = (_numbers(table, n)[rows] for n in ("value", "ci95_low", "ci95_high"))
-        bars: dict[str, Any] = {
-            "type": "data",
-            "symmetric": False,
-            "array": np.nan_to_num(high - value),
-            "arrayminus": np.nan_to_num(value - low),
-            "width": 4,
-        }
-        out.append(
-            trace(
-                "series",
-                x[rows],
-                value,
-                entry=entry,
-                name=f"{entry.label}{words}",
-                mode="lines+markers",
-                line=look,
-                marker=marker_of(entry, 6) | {"color": look["color"]},
-                error_y=bars,
-                hovertemplate=f"<b>{entry.label}{words}</b><br>%{{x:g}}: %{{y:,.4~r}} m<extra></extra>",
-            )
-        )
+        marker = marker_of(entry, 6) | {"color": look["color"]}
+        found = [_numbers(table, n)[rows] for n in VALUES]
+        out.append(_trace(entry, f"{entry.label}{words}", x[rows], found, line=look, marker=marker))
     return out
+
+
+def _trace(entry: Entry, name: str, x: Floats, found: list[Floats], **look: Any) -> Trace:
+    value, low, high = found
+    bars: dict[str, Any] = {
+        "type": "data",
+        "symmetric": False,
+        "array": np.nan_to_num(high - value),
+        "arrayminus": np.nan_to_num(value - low),
+        "width": 4,
+    }
+    line = {"mode": "lines+markers", "line": line_of_variant(entry, 0, 1)} | look
+    hover = f"<b>{name}</b><br>%{{x:g}}: %{{y:,.4~r}} m<extra></extra>"
+    return trace("series", x, value, entry=entry, name=name, error_y=bars, hovertemplate=hover, **line)
 
 
 CHART = Chart(name="trials_sweep", title=TITLE, source="run", needs=("metrics",), draw=draw)

@@ -8,7 +8,7 @@ chart never fails for want of data: it returns a figure that says why it is empt
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -77,6 +77,8 @@ class Entry:
     algorithm: str
     table: Callable[[str], Table]
     arrays: Callable[[], Mapping[str, NDArray[Any]]]
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    """As the run gave them; what is missing has its default."""
 
 
 def swept_columns(table: Table) -> list[str]:
@@ -97,6 +99,8 @@ class RunView:
     others: tuple[Recording, ...] = ()
     legs: tuple[tuple[str, float, float], ...] = ()
     """Named intervals of a scenario: name, start and stop in seconds."""
+    scenario: str = ""
+    """Name of the preset that trials were simulated from."""
 
     @property
     def recordings(self) -> tuple[Recording, ...]:

@@ -55,6 +55,7 @@ class LocalRun:
     def view(self) -> RunView:
         """What the charts see."""
         from algorithms.result import Table
+        from backend.api.charts import preset_of
         from backend.charts.view import Entry as ChartEntry
         from backend.charts.view import RunView, rows_of_label
         from backend.jobs.results import table_of_stored
@@ -74,12 +75,13 @@ class LocalRun:
                 own = self.composed.arrays
                 return {name.removeprefix(prefix): own[name] for name in own if name.startswith(prefix)}
 
-            return ChartEntry(label, index, declared.name, table, arrays)
+            return ChartEntry(label, index, declared.name, table, arrays, declared.parameters)
 
         return RunView(
             recording=self.recording,
             entries=tuple(entry(i, e) for i, e in enumerate(self.entries)),
             legs=tuple((name, start, stop) for name, start, stop in self.source.get("legs", ())),
+            scenario=preset_of(self.source),
         )
 
     def _big_names(self) -> list[str]:

@@ -99,7 +99,7 @@ def _computed(plan: TrialsPlan, seed: int, workers: int, show: Callable[[float],
 
     done: dict[int, Mapping[str, Any]] = {}
     pool = ProcessPoolExecutor(
-        min(workers, plan.size), mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts
+        min(workers, plan.size), mp_context=multiprocessing.get_context("spawn"), initializer=_begin
     )
     try:
         waiting = {
@@ -127,9 +127,12 @@ def _computed(plan: TrialsPlan, seed: int, workers: int, show: Callable[[float],
     return dict(sorted(done.items()))
 
 
-def _leave_interrupts() -> None:
+def _begin() -> None:
     """Ctrl-C reaches every process of the terminal; the first one alone decides what follows."""
+    from backend.jobs.worker_memory import keep_freed_memory
+
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    keep_freed_memory()
 
 
 def _run(block: TrialsBlock) -> Outcome:

@@ -227,29 +227,3 @@ def without_duplicates(part: Part, files: RowFiles, findings: Findings) -> Part:
             keep[position] = False
             findings.reject(row, "duplicate_row", f"repeats row {first}", file=files.name(row))
     return part if keep.all() else kept_rows(part, keep)
-
-
-def without_second_dopplers(part: Part, files: RowFiles, findings: Findings) -> Part:
-    """Reject rows (sorted by time) that measure a Doppler again at an instant at which the target has it already.
-
-    Rows that complete each other, such as the files of two receivers, stay.
-    """
-    recording = part.recording
-    if not isinstance(recording, DopplerPairs):
-        return part
-    same = np.diff(recording.time_s, prepend=-np.inf, append=np.inf) == 0
-    known: dict[tuple[float, int], NDArray[np.bool_]] = {}
-    keep = np.ones(len(recording), bool)
-    for position in np.flatnonzero(same[:-1] | same[1:]).tolist():
-        place = (float(recording.time_s[position]), int(recording.target[position]))
-        there = np.isfinite(recording.doppler_hz[position, :, 0])
-        before = known.setdefault(place, np.zeros_like(there))
-        if (before & there).any():
-            keep[position] = False
-            row = int(recording.row[position])
-            findings.reject(
-                row, "second_doppler", "another row of the same instant has other Dopplers", file=files.name(row)
-            )
-        else:
-            before |= there
-    return part if keep.all() else kept_rows(part, keep)

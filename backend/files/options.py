@@ -80,6 +80,8 @@ class ReadOptions(_Model):
     """Seconds of one turn of the antenna."""
     order: Literal["sort", "reject"] = "sort"
     """What happens to rows that are earlier than one before them."""
+    equal_times: Literal["reject", "average"] = "reject"
+    """What happens to a Doppler that is measured again at the same instant."""
 
     def columns(self) -> frozenset[str]:
         """Columns of the file that the user named."""

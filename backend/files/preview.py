@@ -18,7 +18,8 @@ from backend.files.report import Findings, ReadReport
 from backend.files.rows import first_rows
 
 ROWS_SHOWN = 20
-SCAN_OPTIONS = ("scan_cut", "scan_period_s")
+# Options that belong to a kind of measurement, whatever the format.
+KIND_OPTIONS = {"polar_plots": ("scan_cut", "scan_period_s"), "doppler_pairs": ("equal_times",)}
 
 
 @dataclass(frozen=True)
@@ -74,5 +75,5 @@ def preview(
         error = problem
     suggestion = suggest(columns, rows, options.kind)
     kind = suggestion.kind if report is None else report.kind
-    offered = dict.fromkeys((*(found.options if found else ()), *(SCAN_OPTIONS if kind == "polar_plots" else ())))
+    offered = dict.fromkeys((*(found.options if found else ()), *KIND_OPTIONS.get(kind or "", ())))
     return Preview(found.name if found else None, columns, rows, suggestion, report, error, tuple(offered))

@@ -16,6 +16,7 @@ from algorithms.errors import InputError, UnsupportedFormatError
 from algorithms.recording import Kind, PolarPlots, Recording, ToaMarks
 from algorithms.site import Origin, Site
 from backend.files.content import NamedFile, inspect
+from backend.files.equal_instants import one_row_an_instant
 from backend.files.geodetic_plots import with_local_plots
 from backend.files.merging import (
     FilePart,
@@ -25,7 +26,6 @@ from backend.files.merging import (
     sort_by_time,
     without_duplicates,
     without_empty_marks,
-    without_second_dopplers,
 )
 from backend.files.options import ColumnSource, ReadLimits, ReadOptions
 from backend.files.packing import with_members
@@ -85,7 +85,7 @@ def read_recording(
     part = with_local_plots(part, options.origin, findings)
     part = without_empty_marks(part, row_files, findings)
     part = without_duplicates(part, row_files, findings)
-    part = without_second_dopplers(part, row_files, findings)
+    part = one_row_an_instant(part, row_files, options.equal_times, findings)
     _refuse_nothing(part, findings, options)
     recording = _with_scans(part, options, findings)
     recording = _with_truth(replace(part, recording=recording), truth, options, limits, findings)

@@ -150,10 +150,12 @@ PROBLEMS: dict[str, Kind] = {
     "not_positive_definite": Kind("A covariance lost its meaning", "Usually the noise parameters are unrealistic."),
     "site_mismatch": Kind("Site and recording do not fit", "Their stations differ in names or order."),
     "one_radar": Kind("One radar has nothing to be compared with", "The recording has plots of one radar only."),
+    "no_usable_plots": Kind("No plot can be used", "Every row lacks a range or an azimuth that means something."),
     "moving_radar": Kind("A radar moves", "Only radars that stand still can be compared with each other."),
     "accuracy_missing": Kind(
         "The accuracy of a radar is unknown", "Neither the site nor the run says how large its errors are."
     ),
+    "azimuth_unit": Kind("Azimuths are in another unit", "Some are larger than a full turn."),
     "singular_pair": Kind(
         "Plots that cannot be compared", "Both are unknown along the same line only: the accuracies cannot be right."
     ),

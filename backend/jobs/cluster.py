@@ -248,6 +248,7 @@ def _local_cluster(settings: Settings) -> LocalCluster:
         preload=[
             "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)",
             "import logging; logging.getLogger('distributed.worker').setLevel(logging.CRITICAL)",
+            "from backend.jobs.worker_memory import keep_freed_memory; keep_freed_memory()",
             f"from backend.jobs.worker_memory import limit_memory; limit_memory({memory})",
         ],
         env={} if settings.kernel_cache is None else {"FILTERROOM_KERNEL_CACHE": str(settings.kernel_cache)},

@@ -28,7 +28,7 @@ from backend.jobs.flights import Flights
 from backend.jobs.live_runs import LiveRuns
 from backend.jobs.parsing import Parser
 from backend.jobs.reader_process import ReadAnswer
-from backend.jobs.schedule import choose
+from backend.jobs.schedule import choose, monotonic
 from backend.settings import Settings
 
 logger = logging.getLogger(__name__)
@@ -157,13 +157,18 @@ class Engine:
     def _connect(self) -> None:
         if self._crew.connect():
             self._flights.use(self._crew.cluster)
-        else:
-            self._stopping.wait(crew.RETRY_S)
+            return
+        # Runs that come meanwhile are taken up, and their logs say why they wait.
+        again = monotonic() + crew.RETRY_S
+        while not self._stopping.is_set() and (left := again - monotonic()) > 0:
+            self._runs.tell_waiting(self._crew.words)
+            self._take_messages(left)
 
     def _round(self) -> None:
         # What an earlier round could not store comes first: nothing is sent while nothing can be kept.
         self._flights.keep_arrived()
-        self._next_message()
+        busy = self._flights.under_way or self._crew.is_warming or any(a.waiting for a in self._runs.active.values())
+        self._take_messages(TICK_S if busy else IDLE_TICK_S)
         self._look_after_workers()
         self._flights.look_after(self._crew.workers)
         self._runs.report_progress()
@@ -173,11 +178,10 @@ class Engine:
         self._runs.finish_complete()
         self._runs.store_failures()
 
-    def _next_message(self) -> None:
+    def _take_messages(self, timeout_s: float) -> None:
         """Wait for a message, then take all that are there."""
-        busy = self._flights.under_way or self._crew.is_warming or any(a.waiting for a in self._runs.active.values())
         try:
-            message = self._inbox.get(timeout=TICK_S if busy else IDLE_TICK_S)
+            message = self._inbox.get(timeout=timeout_s)
             while True:
                 self._take(message)
                 message = self._inbox.get_nowait()

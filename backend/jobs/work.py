@@ -27,7 +27,7 @@ from algorithms.toolbox.monte_carlo.batches import BATCH, batches
 from algorithms.toolbox.monte_carlo.sums import Sums, joined, sums_of
 from backend.files.joining import join_recordings
 from backend.jobs.outcome import Outcome, block_arrays
-from backend.jobs.worker_memory import lift_limit
+from backend.jobs.worker_memory import keep_freed_memory, lift_limit
 
 # Seconds between two reports of progress.
 REPORT_S = 0.25
@@ -56,7 +56,7 @@ class TrialsBlock:
     """One piece of a Monte Carlo run: some trials of one scenario cell, through all variants of the algorithms.
 
     `variants` are (algorithm, parameters); trials first <= i < stop are whole batches; of single values every
-    `keep_every`-th instant is kept.
+    `keep_every`-th instant is kept. With `example` the first trial comes along whole.
     """
 
     token: str
@@ -68,6 +68,7 @@ class TrialsBlock:
     first: int
     stop: int
     keep_every: int
+    example: bool = False
 
 
 AnyBlock = Block | TrialsBlock
@@ -148,6 +149,8 @@ def run_on_worker(block: AnyBlock, topic: str) -> Outcome:
     """Run a block on a Dask worker; progress goes to `topic`."""
     from distributed import get_worker
 
+    # Our own workers do so at their start; one that somebody else started does not know.
+    keep_freed_memory()
     worker = get_worker()
     return run_block(block, lambda share: worker.log_event(topic, {"token": block.token, "share": share}))
 
@@ -239,7 +242,7 @@ def _compute_trials(block: TrialsBlock, context: BlockContext) -> Outcome:
             context.progress((done + (k + 1) / len(prepared)) / len(todo))
     for k, sums in enumerate(parts):
         arrays |= {f"{k}/{name}": array for name, array in joined(sums).to_arrays().items()}
-    if block.first == 0:
+    if block.example:
         one = scenario.simulate(conditions, (0,), block.seed)
         for k, (algorithm, parameters) in enumerate(prepared):
             example = _outcome(algorithm, one, parameters, replace(context, report=lambda _: None))

@@ -50,6 +50,10 @@ const LOAD_PAGES_AFTER_MS = 1000;
 
 function loadPages() {
   for (const tag of Object.values(PAGES).flat()) if (tag) import(`../pages/${tag}.js`).catch(() => undefined);
+  // The library of the charts takes half a second to start: while nobody waits for it.
+  const charts = () => import("../js/plotly.js").then(({ loadPlotly }) => loadPlotly()).catch(() => undefined);
+  if (window.requestIdleCallback) window.requestIdleCallback(charts);
+  else charts();
 }
 
 class AppFrame extends HTMLElement {

@@ -7,7 +7,9 @@ import { icon } from "../js/icons.js";
 import { apiUrl, get } from "../js/api.js";
 import { t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
+import { DotsCanvas } from "../js/dots.js";
 import { dressFigure } from "../js/figure.js";
+import { inTurn } from "../js/turns.js";
 import { loadPlotly } from "../js/plotly.js";
 import { chartColours, isDark, themes } from "../js/theme.js";
 import { failed, loading, notApplicable } from "./states.js";
@@ -46,6 +48,8 @@ export class ChartPanel extends HTMLElement {
   plotly = null;
   /** @type {ChartCursor | null} */
   cursor = null;
+  /** Where crowds of markers are painted. @type {DotsCanvas | null} */
+  dots = null;
   /** Asked for the target of a mark alone. @type {((mark: Mark) => void) | null} */
   onpick = null;
   /** What a plan measures. @type {PlanTools | null} */
@@ -54,12 +58,15 @@ export class ChartPanel extends HTMLElement {
   foot = [];
   /** Counts the requests; only the last one is drawn. */
   asked = 0;
+  /** What the reader zoomed into, by axis. @type {Record<string, [number, number]>} */
+  zoom = {};
 
   connectedCallback() {
     this.stop = new AbortController();
     const { signal } = this.stop;
     this.plot = /** @type {PlotlyElement} */ (h("div", { class: "plot", role: "img", tabindex: 0, "aria-label": this.heading }));
     this.cursor = new ChartCursor(this, this.plot);
+    this.dots = new DotsCanvas(this.plot);
     this.body = h("div", { class: "body" }, loading());
     this.note = h("span", { class: "note small muted" });
     this.tableButton = h("button", { class: "plain", type: "button", "aria-pressed": "false", title: t("chart.as_table"), "aria-label": `${t("chart.as_table")}: ${this.heading}`, onclick: () => this.toggleTable() }, icon("table"));
@@ -95,7 +102,7 @@ export class ChartPanel extends HTMLElement {
     this.figure = figure;
     this.plotly ??= await loadPlotly();
     // A later figure may have come meanwhile; it draws itself.
-    if (this.figure === figure) await this.draw();
+    if (this.figure === figure) await inTurn(() => this.draw());
   }
 
   /** Fetch the figure and draw it; called again when the run has moved on or something else is asked for. */
@@ -112,7 +119,7 @@ export class ChartPanel extends HTMLElement {
       if (turn !== this.asked) return;
       this.figure = figure;
       this.plotly = plotly;
-      await this.draw();
+      await inTurn(() => this.draw());
     } catch (error) {
       if (turn === this.asked && !this.stop?.signal.aborted && this.body) put(this.body, failed(error, { retry: () => this.load() }));
     } finally {
@@ -137,8 +144,8 @@ export class ChartPanel extends HTMLElement {
 
   /** Draw what was fetched, in the colours of the theme. */
   async draw() {
-    const { figure, plotly, plot, body, cursor } = this;
-    if (!figure || !plotly || !plot || !body || !cursor || !this.isConnected) return;
+    const { figure, plotly, plot, body, cursor, dots } = this;
+    if (!figure || !plotly || !plot || !body || !cursor || !dots || !this.isConnected) return;
     this.showNotes(figure);
     const reason = figure.layout.meta?.not_applicable;
     if (reason) {
@@ -146,20 +153,44 @@ export class ChartPanel extends HTMLElement {
       put(body, notApplicable(told(`chart.reason.${reason}`, figure.layout.meta.detail ?? reason)));
       return;
     }
-    if (plot.parentElement !== body) put(body, plot, cursor.overlay);
+    if (plot.parentElement !== body) put(body, dots.canvas, plot, cursor.overlay);
     const narrow = body.clientWidth < NARROW_PX;
-    const dressed = dressFigure(figure, {
-      colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily,
-    });
+    const dressed = this.dress(figure, narrow);
     dressed.layout.dragmode = this.panning ? "pan" : "zoom";
+    for (const [axis, range] of Object.entries(this.zoom)) dressed.layout[axis] = { ...dressed.layout[axis], range: [...range], autorange: false };
     this.narrow = narrow;
     const fresh = !plot._fullLayout;
     await plotly.react(plot, dressed.data, dressed.layout, CONFIG);
+    if (fresh) {
+      dots.follow();
+      plot.on?.("plotly_relayout", (change) => this.noteZoom(change));
+    }
     cursor.takeOver(fresh);
     plot.setAttribute("aria-label", this.summary());
     this.dataset.drawn = "yes";
     this.dispatchEvent(new Event("drawn"));
     cursor.show();
+  }
+
+  /**
+   * The figure in the page's look.
+   * @param {Figure} figure
+   * @param {boolean} narrow
+   * @param {boolean} [dots] whether crowds of markers are painted apart
+   */
+  dress(figure, narrow, dots = true) {
+    return dressFigure(figure, { colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily, dots });
+  }
+
+  /** Remember the ranges that the reader chose, or forget them when all is shown again. @param {Record<string, any>} change */
+  noteZoom(change) {
+    for (const name of Object.keys(change)) {
+      const axis = /^([xy]axis\d*)\.(range|autorange)/.exec(name);
+      if (!axis?.[1]) continue;
+      const range = this.plot?._fullLayout?.[axis[1]]?.range;
+      if (axis[2] === "range" && range) this.zoom[axis[1]] = [range[0], range[1]];
+      else delete this.zoom[axis[1]];
+    }
   }
 
   /** What a reader who cannot see the chart is told. */
@@ -232,7 +263,7 @@ export class ChartPanel extends HTMLElement {
       if (layout[name].range) update[`${name}.range`] = [...layout[name].range];
       else update[`${name}.autorange`] = true;
     }
-    this.plotly.relayout(this.plot, update);
+    this.plotly.relayout(this.plot, update).then(() => { this.zoom = {}; });
   }
 
   togglePanning() {
@@ -243,7 +274,9 @@ export class ChartPanel extends HTMLElement {
   /** @param {"png" | "svg"} format */
   async saveImage(format) {
     if (!this.plot || !this.plotly || !this.figure) return;
-    const url = await this.plotly.toImage(this.plot, { format, scale: format === "png" ? 2 : 1, width: this.plot.clientWidth, height: this.plot.clientHeight });
+    // An image has every marker as a drawing, and shows what the reader has zoomed into.
+    const { data } = this.dress(this.figure, this.narrow ?? false, false);
+    const url = await this.plotly.toImage({ data, layout: this.plot.layout ?? {}, config: CONFIG }, { format, scale: format === "png" ? 2 : 1, width: this.plot.clientWidth, height: this.plot.clientHeight });
     h("a", { href: url, download: `${this.source.replaceAll("/", "-")}.${format}` }).click();
   }
 

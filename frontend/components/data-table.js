@@ -50,21 +50,24 @@ export class DataTable extends HTMLElement {
   setRows(rows) {
     this.rows = rows;
     this.page = Math.min(this.page, Math.max(0, Math.ceil(rows.length / this.pageRows) - 1));
-    const giveBack = this.heldFocus();
     this.draw();
-    giveBack();
   }
 
-  /** What has the focus in a row that opens something keeps it when the rows are drawn anew. */
+  /** What has the focus keeps it when the table is drawn anew: a heading, the table, a row that opens something, a page. */
   heldFocus() {
     const active = document.activeElement;
-    const row = active && this.contains(active) ? /** @type {HTMLElement | null} */ (active.closest("tr[data-opens]")) : null;
-    if (!row) return () => {};
-    const at = [...row.querySelectorAll(FOCUSED)].findIndex((one) => one === active);
-    return () => {
-      const again = this.querySelector(`tr[data-opens="${CSS.escape(row.dataset.opens ?? "")}"]`);
-      /** @type {HTMLElement | undefined} */ ([...(again?.querySelectorAll(FOCUSED) ?? [])][at])?.focus({ preventScroll: true });
-    };
+    if (!active || !this.contains(active)) return () => {};
+    const row = /** @type {HTMLElement | null} */ (active.closest("tr[data-opens]"));
+    const part = row ? `tr[data-opens="${CSS.escape(row.dataset.opens ?? "")}"]` : ["thead", ".table-foot"].find((one) => active.closest(one));
+    const among = (/** @type {ParentNode | null} */ place) => [...(place?.querySelectorAll(FOCUSED) ?? [])];
+    const at = part ? among(this.querySelector(part)).indexOf(active) : -1;
+    if (!part) return () => { if (active.matches(".table-wrap")) this.focusOn(this.querySelector(".table-wrap")); };
+    return () => this.focusOn(among(this.querySelector(part))[at]);
+  }
+
+  /** @param {Element | null | undefined} element */
+  focusOn(element) {
+    /** @type {HTMLElement | null | undefined} */ (element)?.focus({ preventScroll: true });
   }
 
   ordered() {
@@ -80,6 +83,7 @@ export class DataTable extends HTMLElement {
 
   draw() {
     if (!this.isConnected) return;
+    const giveBack = this.heldFocus();
     const rows = this.ordered();
     const pages = Math.max(1, Math.ceil(rows.length / this.pageRows));
     const shown = rows.slice(this.page * this.pageRows, (this.page + 1) * this.pageRows);
@@ -93,6 +97,7 @@ export class DataTable extends HTMLElement {
         h("button", { class: "plain", type: "button", disabled: this.page === 0, onclick: () => this.turn(-1) }, t("table.previous")),
         h("span", null, t("table.page", { from: formatCount(this.page * this.pageRows + 1), to: formatCount(this.page * this.pageRows + shown.length), of: formatCount(rows.length) })),
         h("button", { class: "plain", type: "button", disabled: this.page >= pages - 1, onclick: () => this.turn(1) }, t("table.next"))) : null);
+    giveBack();
   }
 
   /**

@@ -3,9 +3,10 @@
 
 import { h, put } from "../js/dom.js";
 import { apiUrl, get, getText } from "../js/api.js";
-import { said, t, told } from "../js/i18n.js";
+import { metricName, said, t, told } from "../js/i18n.js";
 import { formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { swatch } from "../js/palette.js";
+import { follow } from "../js/live.js";
 import { recordingsOf, requestOf } from "../js/runs.js";
 import { curlSnippet, pythonSnippet } from "../js/snippets.js";
 import { loadTable } from "../js/tables.js";
@@ -84,7 +85,7 @@ function metricGrid(rows, labels) {
         const best = bestOf(name, own.map((row) => (typeof row?.value === "number" ? row.value : null)));
         const counts = [...new Set(own.filter(Boolean).map((row) => row?.n))];
         return h("tr", null,
-          h("th", { scope: "row", title: name }, told(`metric.${name}`, name)),
+          h("th", { scope: "row", title: name }, metricName(name)),
           own.map((row) => h("td", { class: "number" }, row ? metricCell(row, best !== null && row.value === best) : "–")),
           h("td", { class: "number muted" }, counts.map((n) => formatCount(/** @type {number} */ (n))).join(" / ")));
       })))),
@@ -275,13 +276,19 @@ function logLine(line) {
   return text ? head + said(text) : line;
 }
 
-/** @param {Run} run */
-export function logTab(run) {
+/** @param {Run} run @param {EventTarget | null} [news] tells of more trials */
+export function logTab(run, news = null) {
   const box = h("div", { style: "padding: 12px" }, loading());
+  let before = "";
   const load = () => getText(`runs/${run.id}/log`).then(
-    (text) => put(box, text.trim() ? h("pre", null, text.split("\n").map(logLine).join("\n")) : emptyState(t("log.none"))),
-    (error) => put(box, failed(error, { retry: load })));
+    (text) => {
+      if (text && text === before) return;
+      before = text;
+      put(box, text.trim() ? h("pre", null, text.split("\n").map(logLine).join("\n")) : emptyState(t("log.none")));
+    },
+    (error) => { if (!before) put(box, failed(error, { retry: load })); });
   load();
+  if (news) follow(news, box, load);
   return box;
 }
 

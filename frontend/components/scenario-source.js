@@ -23,6 +23,8 @@ export class ScenarioSource extends HTMLElement {
   algorithms = [];
   onchanged = () => {};
   preset = "";
+  /** Whether somebody chose the preset; until then it is one that the algorithms take. */
+  chosen = false;
   /** @type {Record<string, unknown>} */
   parameters = {};
   trials = String(TRIALS);
@@ -47,7 +49,8 @@ export class ScenarioSource extends HTMLElement {
       this.preset = scenario.preset;
       this.parameters = scenario.parameters ?? {};
     }
-    if (!this.scenario) this.preset = this.scenarios[0]?.name ?? "";
+    this.chosen = Boolean(this.scenario);
+    if (!this.chosen) this.preset = this.fitting();
     if (trials) this.trials = String(trials);
     if (seed) this.seed = String(seed);
     if (sweep) this.rows = Object.entries(sweep).map(([name, values]) => ({ name, text: values.map((one) => (typeof one === "string" ? one : JSON.stringify(one))).join("; ") }));
@@ -58,7 +61,17 @@ export class ScenarioSource extends HTMLElement {
   setEntries(entries) {
     const names = JSON.stringify(this.names());
     this.entries = entries;
-    if (JSON.stringify(this.names()) !== names) this.drawSweep();
+    const fitting = this.chosen ? this.preset : this.fitting();
+    if (fitting !== this.preset) {
+      this.preset = fitting;
+      this.draw();
+    } else if (JSON.stringify(this.names()) !== names) this.drawSweep();
+  }
+
+  /** The first preset whose measurements all chosen algorithms take; else the first. */
+  fitting() {
+    const taken = this.entries.map((entry) => this.algorithms.find((one) => one.name === entry.name)?.takes ?? []);
+    return (this.scenarios.find(({ kind }) => taken.every((kinds) => kinds.includes(kind))) ?? this.scenarios[0])?.name ?? "";
   }
 
   /** What would be sent, and whether something typed cannot be read. @returns {{request: TrialsRequest, wrong: boolean}} */
@@ -117,6 +130,7 @@ export class ScenarioSource extends HTMLElement {
   /** @param {string} preset */
   choose(preset) {
     this.preset = preset;
+    this.chosen = true;
     this.parameters = {};
     this.drawState();
     this.drawSweep();

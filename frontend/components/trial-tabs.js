@@ -2,8 +2,9 @@
 // What stands below the charts of a Monte Carlo run: metrics with intervals, comparisons, honesty, claims of a study.
 
 import { h, put } from "../js/dom.js";
-import { said, t, told } from "../js/i18n.js";
+import { metricName, said, t, told } from "../js/i18n.js";
 import { formatCount, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
+import { follow } from "../js/live.js";
 import { loadTable } from "../js/tables.js";
 import { metricCell } from "./run-tabs.js";
 import { dataTable } from "./data-table.js";
@@ -11,7 +12,7 @@ import { emptyState, failed, loading } from "./states.js";
 
 /** @import { Run } from "../types.d.ts" */
 /** @import { Row } from "../js/tables.js" */
-/** @import { Column } from "./data-table.js" */
+/** @import { Column, DataTable } from "./data-table.js" */
 
 /** Tables of trials in the order of their tabs. */
 export const TRIAL_TABLES = ["claims", "comparisons", "consistency"];
@@ -22,14 +23,22 @@ function sweptOf(run) {
 }
 
 /**
- * Load a table of a run; while its trials run it is loaded again when told.
+ * Load a table of a run; while its trials run it is loaded again whenever `news` tells of more.
  * @param {Run} run
  * @param {string} name
- * @param {(rows: Row[]) => Node} draw
+ * @param {(rows: Row[]) => Node | null} draw what to show; null where it has changed what it drew before
+ * @param {EventTarget | null} [news]
  */
-function withRows(run, name, draw) {
+function withRows(run, name, draw, news = null) {
   const box = h("div", null, loading());
-  loadTable(run.id, name).then(({ rows }) => put(box, draw(rows)), (error) => put(box, h("div", { style: "padding: 12px" }, failed(error))));
+  let drawn = false;
+  const load = () => loadTable(run.id, name).then(({ rows }) => {
+    const content = draw(rows);
+    if (content) put(box, content);
+    drawn = true;
+  }, (error) => { if (!drawn) put(box, h("div", { style: "padding: 12px" }, failed(error))); });
+  load();
+  if (news) follow(news, box, load);
   return box;
 }
 
@@ -48,39 +57,49 @@ function number(row, name) {
   return typeof value === "number" ? value : null;
 }
 
-/** One row for each metric, algorithm, leg and swept value. @param {Run} run */
-export function trialMetricsTab(run) {
-  return withRows(run, "metrics", (rows) => {
-    const chosen = { metric: "rms_horizontal_m", segment: "" };
+/**
+ * One row for each metric, algorithm, leg and swept value.
+ * @param {Run} run
+ * @param {EventTarget | null} [news] tells of more trials
+ */
+export function trialMetricsTab(run, news = null) {
+  const chosen = { metric: "rms_horizontal_m", segment: "" };
+  /** @type {Row[]} */
+  let rows = [];
+  /** @type {DataTable | null} */
+  let table = null;
+  const shown = () => rows.filter((row) => row.metric === chosen.metric && (chosen.segment === "*" || String(row.segment ?? "") === chosen.segment));
+  const columns = /** @type {Column<Row>[]} */ ([
+    { title: t("table.label"), cell: (row) => row.label, sort: (row) => String(row.label) },
+    ...sweptColumns(sweptOf(run)),
+    { title: t("trials.leg"), cell: (row) => row.segment || t("metrics.all"), sort: (row) => String(row.segment ?? "") },
+    { title: t("metrics.target"), cell: (row) => row.target || t("metrics.all"), sort: (row) => String(row.target ?? "") },
+    { title: t("trials.value"), number: true, cell: (row) => metricCell(row, false), sort: (row) => number(row, "value") },
+    { title: t("metrics.n"), number: true, cell: (row) => formatCount(number(row, "n")), sort: (row) => number(row, "n") },
+  ]);
+  const choose = (/** @type {"metric" | "segment"} */ key, /** @type {string} */ title, /** @type {[string, string][]} */ options) => h("label", { class: "row" },
+    h("span", { class: "muted" }, title),
+    h("select", { style: "width: auto", value: chosen[key], onchange: (/** @type {Event} */ event) => {
+      chosen[key] = /** @type {HTMLSelectElement} */ (event.target).value;
+      table?.setRows(shown());
+    } }, options.map(([value, text]) => h("option", { value }, text))));
+  return withRows(run, "metrics", (found) => {
+    rows = found;
+    if (table) {
+      // What was chosen and ordered stays.
+      table.setRows(shown());
+      return null;
+    }
     const metrics = [...new Set(rows.map((row) => String(row.metric)))];
     if (!metrics.includes(chosen.metric)) chosen.metric = metrics[0] ?? "";
     const segments = [...new Set(rows.map((row) => String(row.segment ?? "")))];
-    const body = h("div");
-    const columns = /** @type {Column<Row>[]} */ ([
-      { title: t("table.label"), cell: (row) => row.label, sort: (row) => String(row.label) },
-      ...sweptColumns(sweptOf(run)),
-      { title: t("trials.leg"), cell: (row) => row.segment || t("metrics.all"), sort: (row) => String(row.segment ?? "") },
-      { title: t("metrics.target"), cell: (row) => row.target || t("metrics.all"), sort: (row) => String(row.target ?? "") },
-      { title: t("trials.value"), number: true, cell: (row) => metricCell(row, false), sort: (row) => number(row, "value") },
-      { title: t("metrics.n"), number: true, cell: (row) => formatCount(number(row, "n")), sort: (row) => number(row, "n") },
-    ]);
-    const draw = () => put(body, dataTable({
-      caption: t("tab.metrics"), columns,
-      rows: rows.filter((row) => row.metric === chosen.metric && (chosen.segment === "*" || String(row.segment ?? "") === chosen.segment)),
-    }));
-    const choose = (/** @type {"metric" | "segment"} */ key, /** @type {string} */ title, /** @type {[string, string][]} */ options) => h("label", { class: "row" },
-      h("span", { class: "muted" }, title),
-      h("select", { style: "width: auto", value: chosen[key], onchange: (/** @type {Event} */ event) => {
-        chosen[key] = /** @type {HTMLSelectElement} */ (event.target).value;
-        draw();
-      } }, options.map(([value, text]) => h("option", { value }, text))));
-    draw();
+    table = dataTable({ caption: t("tab.metrics"), columns, rows: shown() });
     return h("div", { data: { table: "metrics" } },
       h("div", { class: "row", style: "padding: 8px 12px" },
-        choose("metric", t("metrics.metric"), metrics.map((name) => [name, told(`metric.${name}`, name)])),
+        choose("metric", t("metrics.metric"), metrics.map((name) => [name, metricName(name)])),
         segments.length > 1 ? choose("segment", t("trials.leg"), [["", t("metrics.all")], ["*", t("trials.each_leg")], .../** @type {[string, string][]} */ (segments.filter(Boolean).map((one) => [one, one]))]) : null),
-      body);
-  });
+      table);
+  }, news);
 }
 
 /** @param {Run} run */
@@ -89,7 +108,7 @@ export function comparisonsTab(run) {
     if (!rows.length) return emptyState(t("trials.no_comparisons"));
     const swept = sweptOf(run).filter((name) => name.startsWith("scenario."));
     const columns = /** @type {Column<Row>[]} */ ([
-      { title: t("metrics.metric"), cell: (row) => told(`metric.${row.metric}`, String(row.metric)), sort: (row) => String(row.metric) },
+      { title: t("metrics.metric"), cell: (row) => metricName(String(row.metric)), sort: (row) => String(row.metric) },
       { title: t("table.label"), cell: (row) => row.label, sort: (row) => String(row.label) },
       { title: t("trials.against"), cell: (row) => row.against, sort: (row) => String(row.against) },
       ...sweptColumns(swept),

@@ -6,6 +6,7 @@ import answers from "./ru-answers.js";
 import asterix from "./ru-asterix.js";
 import joining from "./ru-joining.js";
 import * as identification from "./ru-identification.js";
+import * as plotTracking from "./ru-plot-tracking.js";
 import * as multipleModel from "./ru-multiple-model.js";
 import * as identificationStudies from "./ru-identification-studies.js";
 import * as forwardScatter from "./ru-forward-scatter.js";
@@ -14,10 +15,12 @@ import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
 import tracks from "./ru-tracks.js";
 import * as studies from "./ru-studies.js";
+import * as trials from "./ru-trials.js";
 
 /** @type {Record<string, string>} */
 export const codes = {
   ...forwardScatter.codes,
+  ...plotTracking.codes,
   "file_role.data": "измерения",
   "file_role.site": "описание системы",
   "file_role.truth": "истина",
@@ -47,6 +50,8 @@ export const codes = {
   "axis.axis": "ось",
   "rejection.bad_measurements": "приёмы не читаются",
   "rejection.second_doppler": "вторая доплеровская частота того же момента",
+  "rejection.joined_row": "объединена со строкой того же момента",
+  "rejection.averaged_row": "усреднена со строкой того же момента",
   "rejection.duplicate_row": "повторяет другую строку",
   "rejection.empty_row": "нет измерений",
   "rejection.line_too_long": "слишком длинная строка",
@@ -63,6 +68,7 @@ export const codes = {
   "rejection.out_of_range": "вне допустимых пределов",
   "rejection.unclosed_quote": "кавычка не закрыта",
   "rejection.wrong_cell_count": "не то число ячеек",
+  "warning.dopplers_averaged": "частоты одного момента усреднены",
   "warning.plots_without_height": "Отметки без высоты взяты на высоте начала координат",
   "warning.altitude_unit_suspect": "Высоты похожи на футы",
   "warning.blocks_repeated": "Блоки данных повторяются",
@@ -277,8 +283,10 @@ export const words = {
   ...scenarios.words,
   ...forwardScatter.words,
   ...multipleModel.words,
+  ...plotTracking.words,
   ...studies.words,
   ...long.words,
+  ...trials.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
   "m": "м",
   "km": "км",
@@ -413,7 +421,7 @@ export const words = {
   "Horizontal error, m": "Плановая ошибка, м",
   "Horizontal error (rms), m": "Плановая ошибка (СКО), м",
   "Trials without an estimate, %": "Реализации без оценки, %",
-  "NIS and NEES per degree of freedom": "NIS и NEES на степень свободы",
+  "NIS and NEES per dof": "NIS и NEES на ст. св.",
   "Gain": "Выигрыш",
   "95 % interval": "95 % интервал",
   "95 % band of NEES, low": "95 % полоса NEES, низ",
@@ -465,13 +473,16 @@ export const words = {
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
 export const sentences = {
-  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences,
-  ...identification.sentences, ...identificationStudies.sentences, ...forwardScatter.sentences, ...multipleModel.sentences,
+  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...trials.sentences,
+  ...identification.sentences, ...identificationStudies.sentences, ...forwardScatter.sentences, ...multipleModel.sentences, ...plotTracking.sentences,
 };
 
 // Texts of charts with numbers or names in them.
 /** @type {[RegExp, string][]} */
 export const patterns = [
+  [/^The first (.+?) of (.+?) rows? are drawn\.$/, "Показаны первые строки: $1 из $2."],
+  [/^Of (.+?) plots? in tracking gates\.$/, "Отметок в стробах сопровождения: $1."],
+  ...trials.patterns,
   [/^Emitter at (.+) m; one mark, received by (.+)\.$/, "Излучатель на высоте $1 м; одна отметка, приняли $2."],
   [/^Colours end at (\S+) and (\S+)(?: (.+))?; beyond, they stay the same\.$/, "Цвета различаются от $1 до $2 $3; дальше они не меняются."],
   [/^Not observable, left blank: (.+) % of the map\.$/, "Не наблюдаемо и оставлено пустым: $1 % карты."],
@@ -502,6 +513,8 @@ export const patterns = [
   [/^Station (.+?) disagrees with the others: as if it stood (.+?) m away \(east (.+?) m, north (.+?) m\)\.$/, "Пункт $1 не согласуется с остальными: как если бы он стоял в $2 м (восток $3 м, север $4 м)."],
   [/^Cannot be judged: (.+?) stations? of (\d+); the table of receivers says why\.$/, "О пунктах судить нельзя: $1 из $2; почему – в таблице пунктов приёма."],
   [/^(.+?) residuals, middle 90 % (.+?) to (.+?) m$/, "остатков $1, средние 90 % от $2 до $3 м"],
+  [/^Over (.+?) trials?: lines are medians, bands hold the middle 68 %; trials without an answer are not among them\.$/, "По реализациям: $1; линии – медианы, полосы содержат средние 68 %; реализации без ответа в них не входят."],
+  [/^The first (.+?) trials? of each; the scale across the base line is larger than along it\.$/, "Первые реализации каждого способа: $1; масштаб поперёк базы крупнее, чем вдоль."],
   [/^Over (.+?) trials?, from 6 s after the first instant: before, mean and spread of a ratio do not exist\. The table of metrics has medians and the share of answers\.$/, "По реализациям: $1, с 6 с после первого момента: раньше среднее и разброс отношения не существуют. Медианы и доля ответов – в таблице показателей."],
   [/^Shares in bins of (.+?) s\.$/, "Доли по отрезкам в $1 с."],
   [/^Lines and large symbols: root mean squares of (.+?) s; small points: single marks\.$/, "Линии и крупные знаки: СКО за $1 с; мелкие точки: отдельные отметки."],

@@ -3,6 +3,7 @@
 
 import { said, t } from "./i18n.js";
 import { formatNumber, formatQuantity } from "./numbers.js";
+import { withDots } from "./dots.js";
 
 /** @import { Figure, Trace } from "../types.d.ts" */
 
@@ -19,11 +20,13 @@ const SEQUENCE = {
 /**
  * The figure as the page shows it: a changed copy.
  * @param {Figure} figure
- * @param {{colours: Colours, dark: boolean, hidden: Set<string>, font: string, narrow: boolean}} look
+ * @param {{colours: Colours, dark: boolean, hidden: Set<string>, font: string, narrow: boolean, dots?: boolean}} look
+ *   `dots`: crowds of markers are left to the canvas
  * @returns {Figure}
  */
-export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
-  const data = figure.data.map((trace) => dressTrace(trace, { colours, dark, hidden }));
+export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots = true }) {
+  const dressed = figure.data.map((trace) => dressTrace(trace, { colours, dark, hidden }));
+  const data = dots ? dressed.map(withDots) : dressed;
   const layout = { ...figure.layout };
   delete layout.title;
   delete layout.width;
@@ -43,7 +46,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
     if (!/^[xy]axis\d*$/.test(name)) continue;
     layout[name] = {
       ...layout[name],
-      title: { ...layout[name].title, text: said(axisTitle(layout[name])), font: { size: narrow ? 11 : 12 } },
+      title: { ...layout[name].title, text: titleInWords(axisTitle(layout[name])), font: { size: narrow ? 11 : 12 } },
       color: colours.text,
       gridcolor: colours.grid,
       zerolinecolor: colours.line,
@@ -78,7 +81,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow }) {
 function dressTrace(trace, { colours, dark, hidden }) {
   const copy = { ...trace };
   if (trace.name) copy.name = traceName(trace);
-  // Plotly compiles its WebGL commands from strings, which the page's policy forbids (no unsafe-eval): draw as SVG.
+  // The page's policy forbids what Plotly's WebGL needs; crowds are painted by `dots.js`.
   if (copy.type === "scattergl") copy.type = "scatter";
   if (trace.colorbar?.title?.text) copy.colorbar = { ...trace.colorbar, title: { ...trace.colorbar.title, text: said(trace.colorbar.title.text) } };
   const role = trace.meta?.role;
@@ -93,7 +96,8 @@ function dressTrace(trace, { colours, dark, hidden }) {
     const colour = colours[token];
     if (copy.line) copy.line = { ...copy.line, color: colour };
     if (copy.marker) {
-      copy.marker = { ...copy.marker, color: colour };
+      // Where measurements lie thick they are darker.
+      copy.marker = { ...copy.marker, color: role === "measurement" ? withAlpha(colour, 0.5) : colour };
       if (copy.marker.line) copy.marker.line = { ...copy.marker.line, color: colour };
     }
     if (copy.textfont) copy.textfont = { ...copy.textfont, color: colour };
@@ -116,7 +120,7 @@ function dressTrace(trace, { colours, dark, hidden }) {
 function traceName(trace) {
   const label = trace.meta?.label;
   if (!label) return said(trace.name);
-  if (!trace.name.startsWith(`${label}, `)) return trace.name;
+  if (!trace.name.startsWith(`${label}, `)) return trace.name === label ? label : said(trace.name);
   // Between the label and the words may stand swept values.
   const at = trace.name.lastIndexOf(", ");
   const whole = said(trace.name.slice(label.length + 2));
@@ -145,6 +149,13 @@ export function withAlpha(colour, alpha) {
 export function axisTitle(axis) {
   const title = typeof axis?.title === "string" ? axis.title : (axis?.title?.text ?? "");
   return String(title).replace(/<[^>]*>/g, "");
+}
+
+/** An axis title in the page's language: known as a whole, or as the name of a parameter with its unit. @param {string} title */
+function titleInWords(title) {
+  const { quantity, unit } = splitTitle(title);
+  const whole = said(title);
+  return whole !== title || !unit ? whole : `${said(quantity)}, ${said(unit)}`;
 }
 
 /**

@@ -65,6 +65,16 @@ export function told(key, fallback) {
 }
 
 /**
+ * Name of a metric; of a motion model's mean probability with the model's own name.
+ * @param {string} name
+ * @returns {string}
+ */
+export function metricName(name) {
+  const model = /^mode_probability_(.+)$/.exec(name)?.[1];
+  return model ? t("metric.mode_probability", { model }) : told(`metric.${name}`, name);
+}
+
+/**
  * What the server says in English, in the page's language where it is known there.
  * @param {string} text
  * @returns {string}

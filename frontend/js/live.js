@@ -102,3 +102,17 @@ export function throttled(look) {
     }
   };
 }
+
+/**
+ * Call `look` whenever `news` tells of something new, until the box that it fills is taken away.
+ * @param {EventTarget} news
+ * @param {HTMLElement} box
+ * @param {() => void} look
+ */
+export function follow(news, box, look) {
+  const listener = () => {
+    if (box.isConnected) look();
+    else news.removeEventListener("more", listener);
+  };
+  news.addEventListener("more", listener);
+}

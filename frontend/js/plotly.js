@@ -1,5 +1,5 @@
 // @ts-check
-// Plotly is a classic script of the server's own; it is fetched when the first chart becomes visible.
+// Plotly is a classic script of the server's own; it is fetched when the page has nothing else to do, or a chart is near.
 
 import { get } from "./api.js";
 

@@ -4,7 +4,7 @@
 import { define, h, put } from "../js/dom.js";
 import { Problem, get } from "../js/api.js";
 import { CursorBus } from "../js/cursor.js";
-import { t, told } from "../js/i18n.js";
+import { metricName, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatExact } from "../js/numbers.js";
 import { changeQuery, rememberQuery, routeTo } from "../js/router.js";
@@ -246,7 +246,7 @@ class ComparePage extends HTMLElement {
     const only = !this.all;
     if (this.verdict) put(this.verdict, runVerdict(summaryOf(comparison), this.target));
     put(metrics, compareTable(comparison, t("tab.metrics"), comparison.metrics.map((row) => ({
-      name: row.metric, head: told(`metric.${row.metric}`, row.metric), differs: row.differs,
+      name: row.metric, head: metricName(row.metric), differs: row.differs,
       cells: row.values.map((cell, i) => (cell ? metricCell({
         metric: row.metric, unit: row.unit, value: cell.value, ci95_low: cell.ci95?.[0] ?? null, ci95_high: cell.ci95?.[1] ?? null,
       }, row.best.includes(i)) : "–")),

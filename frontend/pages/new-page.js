@@ -123,6 +123,7 @@ class NewPage extends HTMLElement {
     for (const button of this.querySelectorAll("[data-mode]")) button.setAttribute("aria-pressed", String(/** @type {HTMLElement} */ (button).dataset.mode === mode));
     this.drawPicker();
     if (mode === "scenario") {
+      this.trials.setEntries(this.entries?.read().entries ?? []);
       put(this.sourceBody, this.trials);
       this.entries?.setSource(null, this.trials.scenario?.kind ?? null);
     } else {

@@ -7,6 +7,7 @@ import { formatInstant, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatDuration, formatNumber } from "../js/numbers.js";
 import { CursorBus } from "../js/cursor.js";
+import { loadPlotly } from "../js/plotly.js";
 import { changeQuery, go, parseRoute, rememberQuery, routeTo } from "../js/router.js";
 import { loadTable } from "../js/tables.js";
 import { againRoute, durationOf, placeOf, recordingsOf, requestOf, titleOf } from "../js/runs.js";
@@ -19,6 +20,7 @@ import { confirmDeletion } from "../components/confirm-dialog.js";
 import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTab, tracksTab } from "../components/run-tabs.js";
 import { editButton, tagLinks } from "../components/run-name-form.js";
 import { runVerdict } from "../components/run-verdict.js";
+import { trialsSoFar } from "../components/trials-so-far.js";
 import { trialsVerdict } from "../components/trials-verdict.js";
 import { claimsTab, comparisonsTab, consistencyTab, trialMetricsTab } from "../components/trial-tabs.js";
 import { emptyState, failed, gone, loading, stateBadge, wordsOf } from "../components/states.js";
@@ -34,13 +36,12 @@ import "../components/tab-bar.js";
 /** @import { Mark } from "../components/chart-cursor.js" */
 /** @import { TabBar } from "../components/tab-bar.js" */
 /** @import { TargetPicker } from "../components/target-picker.js" */
+/** @import { TrialsSoFar } from "../components/trials-so-far.js" */
 
 // The plan, or the error over trials, stands at the left, these beside it; whatever else a run has follows below.
 const FIRST = ["trials_sweep", "trials_error", "plan"];
 const BESIDE = ["drms", "nis"];
 const BESIDE_TRIALS = ["trials_error", "trials_consistency"];
-// While trials run the charts are drawn anew this often at most.
-const LOOK_MS = 700;
 
 class RunPage extends HTMLElement {
   /** @type {Route} */
@@ -56,6 +57,10 @@ class RunPage extends HTMLElement {
   leaving = false;
   /** @type {TargetPicker | null} */
   picker = null;
+  /** Tells of each look at a run that waits. */
+  news = new EventTarget();
+  /** What stands there while trials run. @type {TrialsSoFar | null} */
+  sofar = null;
   /** Draws what stands below the charts. @type {() => TabBar} */
   makeTabs = () => this.tabs([]);
 
@@ -69,6 +74,8 @@ class RunPage extends HTMLElement {
     this.head = h("div", { class: "run-head" });
     this.body = h("div", null, loading());
     put(this, this.head, this.body);
+    // It takes longer than what the charts show; whoever draws one says why it is missing.
+    loadPlotly().catch(() => undefined);
     const look = throttled(() => this.load());
     this.unwatch = watch((news) => { if (!this.leaving && (!news || news.id === this.runId)) look(); });
     this.load();
@@ -101,7 +108,8 @@ class RunPage extends HTMLElement {
       this.run = run;
       if (!same) this.drawHead(run, run.state === "queued" || run.state === "running");
       if (this.drawn === run.state) {
-        if (run.state === "running" && run.source.scenario) this.lookAtTrials(run);
+        if (run.state === "running") await this.sofar?.look(run);
+        else this.news.dispatchEvent(new Event("more"));
         return;
       }
       this.drawn = run.state;
@@ -158,8 +166,16 @@ class RunPage extends HTMLElement {
   /** @param {Run} run */
   async drawBody(run) {
     const body = /** @type {HTMLElement} */ (this.body);
-    if (run.state === "queued") put(body, h("div", { class: "card" }, emptyState(t("run.is_queued"))));
-    else if (run.state === "running" && run.source.scenario) this.drawTrials(run, body);
+    // Why it waits, where that is not for others' sake, stands in its log.
+    if (run.state === "queued") put(body, h("div", { class: "stack" }, h("div", { class: "card" }, emptyState(t("run.is_queued"))), this.tabs([{ name: "log", title: t("tab.log"), draw: () => logTab(run, this.news) }])));
+    else if (run.state === "running" && run.source.scenario) {
+      this.sofar = trialsSoFar({ bus: this.bus, below: (now, news) => this.tabs([
+        { name: "metrics", title: t("tab.metrics"), draw: () => trialMetricsTab(now, news) },
+        { name: "log", title: t("tab.log"), draw: () => logTab(now, news) },
+      ]) });
+      put(body, this.sofar);
+      await this.sofar.look(run);
+    }
     else if (run.state === "running") put(body, h("div", { class: "card" }, emptyState(t("run.is_running"))));
     else if (run.state === "succeeded") await this.drawResult(run, body);
     else {
@@ -167,36 +183,6 @@ class RunPage extends HTMLElement {
       put(body, h("div", { class: "stack" },
         run.state === "failed" ? failed(run.error ?? { code: "internal" }) : h("p", { class: "notice" }, t("run.was_cancelled")), tabs));
     }
-  }
-
-  /** What the finished trials of a running run say. @param {Run} run @param {HTMLElement} body */
-  drawTrials(run, body) {
-    this.panels = [];
-    this.sofar = h("p", { class: "notice", role: "status" }, t("trials.waiting"));
-    this.below = h("div");
-    put(body, this.sofar, this.trialCharts = h("div", { class: "run-charts" }), this.below);
-    this.lookAtTrials(run);
-  }
-
-  /** Draw what is new, at most so often, without losing what was zoomed into. @param {Run} run */
-  async lookAtTrials(run) {
-    const { done, total } = run.progress;
-    const cells = Math.max(1, Math.round(total / (run.trials ?? 1)));
-    if (this.sofar) put(this.sofar, t("trials.sofar", { done: Math.floor(done / cells), n: run.trials ?? 1 }));
-    if (!done) return;
-    const at = Date.now();
-    if (at - (this.looked ?? 0) < LOOK_MS) return;
-    this.looked = at;
-    if (!this.panels.length) {
-      // Nothing is finished yet: the next news brings it.
-      const found = await get(`runs/${run.id}/charts`, { signal: this.stop?.signal }).catch(() => null);
-      if (!found?.items.length || this.panels.length || this.run?.state !== "running") return;
-      this.panels = found.items.map((/** @type {ChartItem} */ chart) => chartPanel({
-        source: `runs/${run.id}/charts/${chart.name}`, query: {}, heading: told(`chart.${chart.name}`, chart.title), bus: this.bus, hidden: new Set(), class: "rest", onpick: null,
-      }));
-      put(/** @type {HTMLElement} */ (this.trialCharts), this.panels);
-    } else for (const panel of this.panels) panel.load();
-    put(/** @type {HTMLElement} */ (this.below), this.tabs([{ name: "metrics", title: t("tab.metrics"), draw: () => trialMetricsTab(run) }, { name: "log", title: t("tab.log"), draw: () => logTab(run) }]));
   }
 
   /**
@@ -236,6 +222,11 @@ class RunPage extends HTMLElement {
       ...beside.map((chart) => panel(chart, "time")),
       ...rest.map((chart) => panel(chart, "rest")),
     ];
+    const seen = this.sofar?.panels ?? [];
+    this.sofar = null;
+    // What was zoomed into while trials ran stays, and so does the focus.
+    for (const one of this.panels) one.zoom = seen.find(({ source }) => source === one.source)?.zoom ?? one.zoom;
+    const focused = seen.find((one) => one.contains(document.activeElement))?.source;
     const plan = this.panels.find((one) => first?.name === "plan" && one.className === "first");
     if (plan) plan.foot = [timePlayer(plan, this.bus), planTools(plan, site?.origin)];
     this.makeTabs = () => this.resultTabs(run, charts.items, tables.items, targets.length > 1);
@@ -247,6 +238,9 @@ class RunPage extends HTMLElement {
       this.verdict, example,
       h("div", { class: "run-charts" }, this.panels),
       this.below);
+    const again = this.panels.find(({ source }) => source === focused);
+    // Whoever has gone elsewhere meanwhile is not called back.
+    again?.addEventListener("drawn", () => { if (document.activeElement === document.body) again.plot?.focus({ preventScroll: true }); }, { once: true });
     if (this.target || run.source.scenario) this.judge(run);
   }
 

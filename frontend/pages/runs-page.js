@@ -3,7 +3,7 @@
 
 import { define, h, put } from "../js/dom.js";
 import { get, listAll, remove } from "../js/api.js";
-import { formatInstant, t, told } from "../js/i18n.js";
+import { formatInstant, metricName, t, told } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatBytes, formatDuration, formatQuantity } from "../js/numbers.js";
 import { icon } from "../js/icons.js";
@@ -341,7 +341,7 @@ function stateCell(run) {
 function metricCell(run) {
   const key = keyMetric(run.summary);
   if (!key) return run.error ? h("span", { class: "small muted" }, told(`problem.${run.error.code}`, run.error.code ?? "")) : "";
-  return h("span", { title: told(`metric.${key.metric}`, key.metric) },
+  return h("span", { title: metricName(key.metric) },
     h("b", null, formatQuantity(key.best.value, key.metric.endsWith("_m") ? "m" : "")), " ",
     h("span", { class: "small muted" }, `${key.best.label}, ${told(`metric_short.${key.metric}`, key.metric)}`));
 }

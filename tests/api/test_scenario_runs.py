@@ -15,6 +15,14 @@ SHORT = {"preset": "four_station_circuit", "parameters": {"duration_s": 59, "leg
     {"name": "first", "start_s": 0, "stop_s": 30}, {"name": "second", "start_s": 30, "stop_s": 60}]}}  # fmt: skip
 
 
+AT_START = {"time_s": 0.0, "east_m": 0.0, "north_m": 9e3, "altitude_m": 5e3}
+
+
+def flown(target: dict[str, Any]) -> dict[str, Any]:
+    """A scenario in which one target flies like this."""
+    return {"scenario": {"preset": "four_station_circuit", "parameters": {"targets": [target], "legs": []}}}
+
+
 def body(**changes: Any) -> dict[str, Any]:
     entries = [{"name": name, "parameters": {"profile": "article", "start": START}} for name in ("rdf", "rdfv")]
     return {"algorithms": entries, "scenario": SHORT, "trials": 70, "seed": 3} | changes
@@ -22,6 +30,10 @@ def body(**changes: Any) -> dict[str, Any]:
 
 def finished(api: httpx2.Client, run_id: str) -> dict[str, Any]:
     return conftest.finished(api, f"/api/v1/runs/{run_id}")
+
+
+def newest(api: httpx2.Client) -> list[str]:
+    return [run["id"] for run in api.get("/api/v1/runs?limit=1").json()["items"]]
 
 
 def rows(api: httpx2.Client, run: dict[str, Any], table: str) -> list[dict[str, Any]]:
@@ -64,7 +76,9 @@ def test_pairs_are_compared_and_curves_have_a_bound(api: httpx2.Client, run: dic
 
 def test_charts_draw_the_statistics_and_the_example(api: httpx2.Client, run: dict[str, Any]) -> None:
     names = [c["name"] for c in api.get(f"/api/v1/runs/{run['id']}/charts").json()["items"]]
-    assert names[:3] == ["trials_error", "trials_consistency", "trials_lost"], "a sweep's chart only where one is"
+    assert names[:4] == ["trials_error", "trials_gain", "trials_consistency", "trials_lost"]
+    assert "trials_sweep" not in names, "a sweep's chart only where one is"
+    assert "not_applicable" not in api.get(f"/api/v1/runs/{run['id']}/charts/trials_gain.json").json()["layout"]["meta"]
     for name in names:
         figure = api.get(f"/api/v1/runs/{run['id']}/charts/{name}.json").json()
         assert figure["data"] or figure["layout"]["meta"]["not_applicable"] == "nothing_lost", name
@@ -78,6 +92,8 @@ def test_the_same_run_gives_the_same_bytes(api: httpx2.Client, run: dict[str, An
 def test_a_sweep_has_a_column_for_each_name(api: httpx2.Client) -> None:
     sweep = {"scenario.sigma_toa_ns": [5, 20], "rdfv.sigma_altitude_m": [30, 100, 300]}
     run = finished(api, api.post("/api/v1/runs", json=body(sweep=sweep, trials=4)).json()["id"])
+    names = [c["name"] for c in api.get(f"/api/v1/runs/{run['id']}/charts").json()["items"]]
+    assert "trials_sweep" in names
     assert run["state"] == "succeeded", run["error"]
     assert run["progress"]["total"] == 8
     metrics = [r for r in rows(api, run, "metrics") if (r["metric"], r["segment"]) == ("rms_horizontal_m", "")]
@@ -96,6 +112,21 @@ def test_a_sweep_has_a_column_for_each_name(api: httpx2.Client) -> None:
         ({"scenario": {"preset": "nowhere"}}, "scenario_not_found", "/scenario/preset"),
         ({"scenario": {"preset": "four_station_circuit", "parameters": {"sigma_toa_ns": 0}}}, "validation",
          "/scenario/parameters/sigma_toa_ns"),
+        (flown({"segments": [{"duration_s": 99, "climb_rate_mps": -99}]}), "validation",
+         "/scenario/parameters/targets/0/segments/0/climb_rate_mps"),
+        (flown({"segments": [{"duration_s": 99, "acceleration_mps2": 120}]}), "validation",
+         "/scenario/parameters/targets/0/segments/0/acceleration_mps2"),
+        (flown({"speed_mps": 3e8, "segments": [{"duration_s": 1}]}), "validation",
+         "/scenario/parameters/targets/0/speed_mps"),
+        (flown({"points": [AT_START, AT_START | {"time_s": 1e-3, "east_m": 4e5}]}), "validation",
+         "/scenario/parameters/targets/0/points/0"),
+        (flown({"segments": [{"duration_s": 0}]}), "validation",
+         "/scenario/parameters/targets/0/segments/0/duration_s"),
+        ({"sweep": {"scenario.duration_s": [59, 0]}}, "validation", "/sweep/scenario.duration_s"),
+        ({"sweep": {"scenario.period_s": [1, 1e-4]}}, "validation", "/sweep/scenario.period_s"),
+        ({"algorithms": [{"name": "rdf", "label": "a"}, {"name": "rdfv", "label": "a"}]}, "label_repeated",
+         "/algorithms/1/label"),
+        ({"algorithms": [{"name": "nothing"}]}, "algorithm_not_found", "/algorithms/0/name"),
         ({"trials": 0}, "validation", "/trials"),
         ({"trials": 10**9}, "validation", "/trials"),
         ({"sweep": {"nobody.sigma_altitude_m": [1]}}, "sweep_unknown", "/sweep/nobody.sigma_altitude_m"),
@@ -108,10 +139,34 @@ def test_a_sweep_has_a_column_for_each_name(api: httpx2.Client) -> None:
     ],
 )  # fmt: skip
 def test_what_cannot_start(api: httpx2.Client, change: dict[str, Any], code: str, pointer: str) -> None:
-    problem(api.post("/api/v1/runs", json=body(**change)), 422, code, pointer)
+    before = newest(api)
+    found = problem(api.post("/api/v1/runs", json=body(**change)), 422, code, pointer)
+    assert all(e["detail"].endswith(".") for e in found["errors"]), found["errors"]
+    assert newest(api) == before, "nothing half done"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (flown({"segments": [{"duration_s": 99, "climb_rate_mps": -99}]}), ("below the ground", "start higher")),
+        (flown({"segments": [{"duration_s": 99, "acceleration_mps2": 120}]}), ("12030 m/s", "Keep the speed between")),
+        ({"scenario": {"preset": "nowhere"}}, ("'nowhere'", "four_station_circuit")),
+        ({"sweep": {"nobody.sigma_altitude_m": [1]}}, ("'nobody'", "rdf, rdfv")),
+        ({"algorithms": [{"name": "nothing"}]}, ("'nothing'", "rdfv")),
+        ({"trials": 10**9}, ("1000000", "less than or equal to")),
+    ],
+)  # fmt: skip
+def test_the_answer_says_what_is_wrong_and_what_would_be_right(
+    api: httpx2.Client, change: dict[str, Any], words: tuple[str, str]
+) -> None:
+    answer = api.post("/api/v1/runs", json=body(**change))
+    assert answer.status_code == 422
+    (found,) = answer.json()["errors"]
+    assert all(word in found["detail"] for word in words), found["detail"]
 
 
 def test_a_sweep_of_a_million_cells_is_refused_with_the_count(api: httpx2.Client) -> None:
+    before = newest(api)
     sweep = {
         "scenario.sigma_toa_ns": list(range(1, 1001)),
         "rdfv.sigma_altitude_m": list(range(1, 501)),
@@ -119,6 +174,7 @@ def test_a_sweep_of_a_million_cells_is_refused_with_the_count(api: httpx2.Client
     }
     found = problem(api.post("/api/v1/runs", json=body(sweep=sweep)), 422, "sweep_too_large", "/sweep")
     assert "1,000,000" in found["detail"]
+    assert newest(api) == before, "before anything starts"
 
 
 def test_a_study_runs_and_judges_its_claims(api: httpx2.Client) -> None:

@@ -65,6 +65,54 @@ def test_one_instant_in_all_charts(visit: Callable[..., Visit]) -> None:
     visited.assert_clean()
 
 
+# The first dot of a crowd that lies well inside a chart, as Plotly places it, and how much paint there is around it.
+_DOT = """(panel) => {
+  const plot = panel.querySelector('.plot'), canvas = panel.querySelector('canvas.dots');
+  const {xaxis, yaxis} = plot._fullLayout;
+  const trace = plot._fullData.find((one) => one.meta?.dot && one.mode === 'none');
+  const i = trace.x.findIndex((x, k) => {
+    const [px, py] = [xaxis.d2p(x), yaxis.d2p(trace.y[k])];
+    return px > 40 && px < xaxis._length - 40 && py > 20 && py < yaxis._length - 20;
+  });
+  const [left, top] = [xaxis._offset + xaxis.d2p(trace.x[i]), yaxis._offset + yaxis.d2p(trace.y[i])];
+  const around = canvas.getContext('2d').getImageData(Math.round(left) - 1, Math.round(top) - 1, 3, 3).data;
+  const corner = canvas.getContext('2d').getImageData(0, 0, xaxis._offset - 5, 20).data;
+  const paint = around.filter((_, k) => k % 4 === 3).reduce((a, b) => a + b);
+  return {paint, outside: Math.max(...corner), count: trace.x.length};
+}"""
+
+
+def test_a_crowd_of_marks_is_painted_and_no_burden(visit: Callable[..., Visit]) -> None:
+    visited = visit(viewport={"width": 1366, "height": 1600})
+    page = open_run(visited)
+    errors = panel_of(page, "Horizontal error")
+    found = errors.evaluate(_DOT)
+    assert found["count"] > 250
+    assert found["paint"] > 0
+    assert found["outside"] == 0
+    drawings = "(all) => Math.max(...all.map((one) => one.querySelectorAll('path.point').length))"
+    assert errors.locator(".plot .scatterlayer .trace").evaluate_all(drawings) <= 250
+    # Zoomed into, the dots stand where the points are now.
+    box = errors.locator(".plot .nsewdrag").first.bounding_box()
+    assert box is not None
+    before = drawn(page, "Horizontal error")["x_range"]
+    page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 5)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.7 * box["width"], box["y"] + box["height"] - 5, steps=4)
+    page.mouse.up()
+    page.wait_for_function(
+        "([panel, from]) => panel.querySelector('.plot')._fullLayout.xaxis.range[0] > from",
+        arg=[errors.element_handle(), before[0]],
+    )
+    assert errors.evaluate(_DOT)["paint"] > 0
+    # An image holds them too.
+    errors.get_by_role("button", name="More about this chart").click()
+    with page.expect_download() as download:
+        errors.get_by_role("button", name="SVG", exact=True).click()
+    assert download.value.path().read_text().count("<path") > 250
+    visited.assert_clean()
+
+
 def test_time_is_stepped_slid_and_replayed(visit: Callable[..., Visit]) -> None:
     page = open_run(visit())
     player = page.get_by_role("group", name="Replay")

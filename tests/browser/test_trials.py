@@ -8,15 +8,18 @@ import subprocess
 import sys
 import urllib.request
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
-from tests.browser.charts import drawn
-from tests.browser.conftest import Server, Visit
+from tests.browser.charts import drawn, panel_of
+from tests.browser.conftest import WITHOUT_PLOTS, Server, Visit
 from tests.browser.keyboard import press, tab_to
+from tests.browser.russian import english_left
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
@@ -38,7 +41,8 @@ def started(server: Server, **changes: Any) -> str:
 
 
 def finished(page: Page) -> None:
-    expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded|завершён|готов"), timeout=120_000)
+    # Thousands of trials on a machine that is busy with something else.
+    expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded|завершён|готов"), timeout=400_000)
     page.locator(".verdict[data-kind]").wait_for()
 
 
@@ -134,3 +138,127 @@ def test_targets_of_a_scenario_and_a_comparison_with_a_sweep(visit: Callable[...
     finished(page)
     page = visited.open(f"#/compare?run={two}&run={swept}")
     expect(page.get_by_text("sweep_not_comparable")).to_be_visible()
+
+
+ERROR_CHART = "Horizontal error over trials"
+# When the browser asked for a chart, by its own clock, ms.
+ASKED = """(chart) => performance.getEntriesByType("resource")
+  .filter((one) => one.name.includes(`/charts/${chart}.json`)).map((one) => one.startTime)"""
+
+
+def zoomed(page: Page, heading: str) -> list[float]:
+    """Drag over the middle of a chart; return the range of its abscissa then."""
+    before = drawn(page, heading)["x_range"]
+    box = panel_of(page, heading).locator(".plot .nsewdrag").first.bounding_box()
+    assert box is not None
+    middle = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + 0.3 * box["width"], middle)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.6 * box["width"], middle, steps=4)
+    page.mouse.up()
+    page.mouse.move(0, 0)
+    page.wait_for_function(
+        "([panel, wide]) => { const r = panel.plot._fullLayout.xaxis.range; return r[1] - r[0] < 0.5 * wide }",
+        arg=[panel_of(page, heading).element_handle(), before[1] - before[0]],
+    )
+    return drawn(page, heading)["x_range"]
+
+
+def counted(page: Page) -> int:
+    """How many trials the page says there are so far."""
+    return int(re.sub(r"\D", "", page.locator("trials-so-far .notice").inner_text().split(" of ")[0]))
+
+
+def test_numbers_grow_while_trials_run(visit: Callable[..., Visit], server: Server) -> None:
+    run = started(server, trials=80_000)
+    visited = visit()
+    page = visited.open(f"#/runs/{run}")
+    expect(page.locator("trials-so-far .notice")).to_contain_text(re.compile(r"of 80\s000 trials"))
+    drawn(page, ERROR_CHART)
+    page.evaluate("""() => { window.redraws = []; document.addEventListener("drawn", (event) => {
+      if (event.target.source.endsWith("/trials_error")) window.redraws.push(performance.now()) }, true) }""")
+    at_first = counted(page)
+    page.locator("[data-table=metrics] select").first.select_option("nis")
+    page.locator("[data-table=metrics] select").nth(1).select_option("inbound")
+    table = page.get_by_role("tabpanel").locator("tbody tr").first
+    expect(table).to_contain_text("inbound")
+    marks = table.locator("td").last
+    few = marks.inner_text()
+    page.locator("[data-table=metrics] select").nth(1).focus()
+
+    kept = zoomed(page, ERROR_CHART)
+    page.locator("[data-table=metrics] select").nth(1).focus()
+    page.wait_for_function("() => window.redraws.length >= 5")
+    assert drawn(page, ERROR_CHART)["x_range"] == pytest.approx(kept)
+    assert counted(page) > at_first
+    expect(marks).not_to_have_text(few)
+    expect(table).to_contain_text("inbound")
+    assert page.locator("[data-table=metrics] select").first.input_value() == "nis"
+    assert page.evaluate("document.activeElement.value") == "inbound", "the focus stays where it was"
+    # The first is fetched when it comes into view, which nobody can plan.
+    asked = page.evaluate(ASKED, "trials_error")[1:]
+    assert len(asked) >= 5
+    assert min(b - a for a, b in pairwise(asked)) >= 500, "at most two a second"
+    assert len(page.evaluate("window.redraws")) <= len(asked), "nothing is drawn that was not asked for"
+
+    page.get_by_role("button", name="Cancel", exact=True).click()
+    expect(page.locator(".run-head .state")).to_have_text("cancelled")
+    expect(page.get_by_role("button", name="Cancel", exact=True)).to_have_count(0)
+    assert ask(server, f"runs/{run}")["state"] == "cancelled"
+    # Its workers are free: another run comes to its end.
+    page = visited.open(f"#/runs/{started(server, scenario=SHORT, trials=2)}")
+    finished(page)
+    visited.assert_clean()
+
+
+def test_what_is_zoomed_into_stays_when_the_run_ends(visit: Callable[..., Visit], server: Server) -> None:
+    page = visit().open(f"#/runs/{started(server, trials=4_000)}")
+    kept = zoomed(page, ERROR_CHART)
+    assert page.locator("trials-so-far").count(), "the trials still run"
+    panel_of(page, ERROR_CHART).locator(".plot").focus()
+    finished(page)
+    expect(page.locator("trials-so-far")).to_have_count(0)
+    assert drawn(page, ERROR_CHART)["x_range"] == pytest.approx(kept)
+    expect(panel_of(page, ERROR_CHART).locator(".plot")).to_be_focused()
+    # Another theme changes nothing; a double click shows all.
+    page.emulate_media(color_scheme="dark")
+    assert drawn(page, ERROR_CHART)["x_range"] == pytest.approx(kept)
+    panel_of(page, ERROR_CHART).locator(".plot .nsewdrag").first.dblclick()
+    page.wait_for_function(
+        "(panel) => { const r = panel.plot._fullLayout.xaxis.range; return r[0] < 10 && r[1] > 1800 }",
+        arg=panel_of(page, ERROR_CHART).element_handle(),
+    )
+
+
+def test_a_night_of_trials_in_russian(visit: Callable[..., Visit], server: Server) -> None:
+    """Composed, watched, judged: nothing is left in English, nothing is too faint, nothing wider than a phone."""
+    visited = visit(locale="ru-RU", color_scheme="dark")
+    names = [*(leg["name"] for leg in LEGS), "inbound", "weave", "turn", "orbit", "out_near", "out_far", "GDOP"]
+
+    def in_russian(where: str) -> None:
+        left = english_left(page, names)
+        assert not left, (where, left)
+        found = Axe().run(page, WITHOUT_PLOTS, {"runOnly": ["color-contrast"]})
+        assert not found.response["violations"], (where, found.generate_report())
+
+    page = visited.open('#/new?a={"name":"rdf"}&a={"name":"rdfv"}')
+    page.locator("[data-mode=scenario]").click()
+    page.locator("scenario-source input[inputmode=numeric]").first.fill("3000")
+    page.get_by_role("button", name="Перебрать параметр").click()
+    page.locator("scenario-source select").last.select_option("scenario.sigma_altitude_m")
+    page.get_by_label("Значения", exact=True).fill("10; 300")
+    in_russian("composing")
+    page.locator(".startbar button.primary").click()
+    page.locator("trials-so-far chart-panel[data-drawn]").first.wait_for()
+    in_russian("while trials run")
+    finished(page)
+    for tab in page.get_by_role("tab").all():
+        tab.click()
+        page.locator("[role=tabpanel] .skeleton").wait_for(state="detached")
+        in_russian(tab.inner_text())
+    for panel in page.locator("chart-panel").all():
+        panel.scroll_into_view_if_needed()
+    visited.settle()
+    page.set_viewport_size({"width": 360, "height": 780})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    visited.assert_clean()

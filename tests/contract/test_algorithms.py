@@ -32,12 +32,15 @@ each_of_marks = pytest.mark.parametrize(
 )
 
 
+# Of more presets than these, those that are simulated in the same way say nothing new about an algorithm.
+MANY_PRESETS = 6
+
+
 def recordings(algorithm: Algorithm, trials: tuple[int, ...] = (0,), rows: int = 120) -> list[Recording]:
-    made = [
-        s.simulate(s.parameters(), trials, 11)
-        for s in SCENARIOS
-        if s.family == algorithm.family and s.kind in algorithm.takes
-    ]
+    own = [s for s in SCENARIOS if s.family == algorithm.family and s.kind in algorithm.takes]
+    if len(own) > MANY_PRESETS:
+        own = list({s.simulate: s for s in reversed(own)}.values())
+    made = [s.simulate(s.parameters(), trials, 11) for s in own]
     assert made, "a family needs a scenario that its algorithms can run on"
     return [r.take(np.arange(min(rows, len(r)))) for r in made]
 

@@ -18,13 +18,14 @@ from backend.charts.figure import figure_json
 from backend.charts.html import chart_page, plotly_js
 from backend.charts.table import chart_table
 from backend.charts.view import Chart, ChartOptions, Entry, RecordingView, RunView
-from tests import chart_views, pair_views
+from tests import chart_views, pair_views, track_views
 
 ROLES = {"series", "truth", "station", "measurement", "bound", "interval", "rejected"}
 # Quantities without a unit; everything else says its unit after the last comma.
 UNITLESS = (
     "NIS", "Station", "Gain", "Chi2", "Calibration error", "Plot of", "Algorithm", "Probability",
-    "Mean probability", "Share", "Squared", "sigma", "scenario",
+    "Mean probability", "Share", "Target", "Normal acceleration", "Squared", "sigma", "scenario", "NEES",
+    "Nonlinearity",
 )  # fmt: skip
 LONG_LABEL = "rdfv " + "x" * 115
 
@@ -46,6 +47,7 @@ RECORDINGS: dict[str, Callable[[], Recording]] = {
     "started": lambda: chart_views.marks(start_utc="2023-04-05T10:00:00Z"),
     "plots": chart_views.plots,
     "no plots": lambda: chart_views.plots(0),
+    "plots of two radars": chart_views.two_radars,
     "antenna plots": chart_views.antenna,
     "Doppler pairs": chart_views.doppler,
     "no Doppler": lambda: chart_views.doppler(0),
@@ -57,7 +59,8 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
         r,
         *[
             {
-                "states": chart_views.states(r),
+                "states": chart_views.states(r, **track_views.motion(len(r))),
+                "decisions": track_views.track_decisions(r),
                 "errors": chart_views.errors(r),
                 "receivers": chart_views.receivers(),
                 **chart_views.trial_tables(scale),
@@ -130,7 +133,7 @@ def test_a_chart_holds_the_contract(chart: Chart, make: Callable[[], Any], optio
     for name, axis in layout.items():
         if re.fullmatch(r"[xy]axis\d*", name):
             title = axis["title"]["text"]
-            assert title.startswith(UNITLESS) or re.search(r", (s|m|km|%|deg|deg/s|m/s|Hz|Hz/s|µs)$", title), title
+            assert title.startswith(UNITLESS) or re.search(r", (s|m|km|%|deg|deg/s|m/s|m/s²|Hz|Hz/s|µs)$", title), title
 
 
 @pytest.mark.parametrize(("source", "name"), [(s, n) for s in ("run", "recording") for n in charts(s)])
@@ -147,7 +150,7 @@ def test_plotly_accepts_the_figure_as_it_is_sent(source: Any, name: str, what: s
 
 @pytest.mark.parametrize(("source", "name"), [(s, n) for s in ("run", "recording") for n in charts(s)])
 def test_a_chart_has_a_table_and_a_page(source: Any, name: str) -> None:
-    own = {("doppler_pairs",): chart_views.doppler, ("polar_plots",): chart_views.plots}
+    own = {("doppler_pairs",): chart_views.doppler, ("polar_plots",): chart_views.two_radars}
     recording = own.get(charts(source)[name].kinds, chart_views.marks)()
     view = RecordingView(recording) if source == "recording" else VIEWS["complete"](recording)
     drawn = charts(source)[name].draw(view, ChartOptions(full=True))

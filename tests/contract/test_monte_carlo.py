@@ -17,9 +17,9 @@ from algorithms.toolbox.monte_carlo.batches import BATCH, tasks
 from backend.db.runs import Entry
 from backend.jobs import trial_results, work
 from backend.jobs.gathering import gathered
+from backend.jobs.ledger import trials_block
 from backend.jobs.outcome import block_arrays
 from backend.jobs.plan import TrialsPlan, trials_plan
-from backend.jobs.work import TrialsBlock
 
 # One of each family and kind: the first.
 SCENARIOS = list({(s.family, s.kind): s for s in reversed(scenarios_by_name().values())}.values())
@@ -47,10 +47,7 @@ def plan_of(algorithm: Algorithm, scenario: Scenario, batches: int) -> TrialsPla
 def blocks_of(plan: TrialsPlan) -> dict[int, Any]:
     out = {}
     for position in range(plan.size):
-        cell, (first, stop) = plan.place_of(position)
-        variants = tuple((v.algorithm, v.parameters) for v in plan.variants)
-        block = TrialsBlock("t", "", plan.preset, cell.parameters, variants, SEED, first, stop, plan.keep_every)
-        outcome = work.run_block(block, lambda _: None)
+        outcome = work.run_block(trials_block(plan, position, token="t", seed=SEED), lambda _: None)
         assert outcome.kind == "done", (outcome.error, outcome.trace)
         out[position] = block_arrays(outcome)
     return out
@@ -125,10 +122,8 @@ def test_a_bound_is_a_length_at_every_instant(algorithm: Algorithm, scenario: Sc
 def test_a_cancelled_block_of_trials_stops_between_batches() -> None:
     algorithm, scenario = PAIRS[0].values
     plan = plan_of(algorithm, scenario, 2)
-    variants = tuple((v.algorithm, v.parameters) for v in plan.variants)
-    block = TrialsBlock("gone", "", plan.preset, plan.cells[0].parameters, variants, SEED, 0, TRIALS, 1)
     work.cancel(["gone"])
-    assert work.run_block(block, lambda _: None).kind == "cancelled"
+    assert work.run_block(trials_block(plan, 0, token="gone", seed=SEED), lambda _: None).kind == "cancelled"
 
 
 @pytest.mark.parametrize("study", list(studies_by_name().values()), ids=lambda s: s.name)

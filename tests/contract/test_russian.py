@@ -15,14 +15,18 @@ from algorithms.multilateration import lanes
 from algorithms.registry import algorithms_by_name, studies_by_name
 from algorithms.spec import Algorithm
 from algorithms.studies import Study
+from backend.api.charts import TRIAL_CHARTS
 from backend.charts.catalogue import charts
+from backend.charts.figure import REASONS
+from backend.charts.view import ChartOptions
 from backend.http.problem_codes import PROBLEMS
 from backend.http.problems import items_of
+from tests import chart_views
 from tests.contract.server_sentences import sentences
 
 ENTRY = re.compile(r'^ {2}("(?:[^"\\]|\\.)*"): ("(?:[^"\\]|\\.)*"),$', re.M)
 PATTERN = re.compile(r"^ {2}\[/(.+)/, \"", re.M)
-FAMILIES = ("multilateration", "forward_scatter", "multiple_model")
+FAMILIES = ("multilateration", "forward_scatter", "identification", "multiple_model")
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +39,7 @@ def russian(repository: Path) -> dict[str, str]:
 @pytest.fixture(scope="module")
 def patterns(repository: Path) -> list[re.Pattern[str]]:
     """Sentences with numbers in them."""
-    text = (repository / "frontend" / "i18n" / "ru-server.js").read_text("utf-8")
+    text = "".join(path.read_text("utf-8") for path in sorted((repository / "frontend" / "i18n").glob("ru-*.js")))
     return [re.compile(one) for one in PATTERN.findall(text)]
 
 
@@ -82,6 +86,22 @@ def test_decisions_and_reasons(russian: dict[str, str]) -> None:
 def test_titles_of_charts(russian: dict[str, str]) -> None:
     declared = [chart for source in ("run", "recording") for chart in charts(source).values()]
     assert [c.name for c in declared if f"chart.{c.name}" not in russian and c.title not in russian] == []
+
+
+def test_why_charts_are_empty(russian: dict[str, str]) -> None:
+    missing = [code for code, text in REASONS.items() if f"chart.reason.{code}" not in russian and text not in russian]
+    assert missing == []
+
+
+def test_notes_of_charts_over_trials(russian: dict[str, str], patterns: list[re.Pattern[str]]) -> None:
+    drawn = [
+        chart.draw(chart_views.run(chart_views.marks(), *[chart_views.trial_tables()] * 2), ChartOptions())
+        for name, chart in charts("run").items()
+        if name in TRIAL_CHARTS
+    ]
+    notes = [note["text"] for figure in drawn for note in figure["layout"]["meta"]["notes"]]
+    assert len(notes) >= 4
+    assert [n for n in notes if n not in russian and not any(p.search(n) for p in patterns)] == []
 
 
 def test_axes_of_charts(russian: dict[str, str], patterns: list[re.Pattern[str]], repository: Path) -> None:

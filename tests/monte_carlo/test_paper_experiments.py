@@ -15,9 +15,9 @@ import pytest
 from backend.db.runs import Entry
 from backend.jobs import trial_results, work
 from backend.jobs.gathering import gathered
+from backend.jobs.ledger import trials_block
 from backend.jobs.outcome import block_arrays
 from backend.jobs.plan import trials_plan
-from backend.jobs.work import TrialsBlock
 
 pytestmark = pytest.mark.slow
 ARTICLE = {"profile": "article", "start": {"mode": "truth", "sd": [500, 50, 1]}}
@@ -40,10 +40,7 @@ def metrics_of(preset: str, trials: int, sweep: Mapping[str, list[Any]]) -> list
     )
     blocks = {}
     for position in range(plan.size):
-        cell, (first, stop) = plan.place_of(position)
-        variants = tuple((v.algorithm, v.parameters) for v in plan.variants)
-        block = TrialsBlock("t", "", preset, cell.parameters, variants, 42, first, stop, plan.keep_every)
-        outcome = work.run_block(block, lambda _: None)
+        outcome = work.run_block(trials_block(plan, position, token="t", seed=42), lambda _: None)
         assert outcome.kind == "done", (outcome.error, outcome.trace)
         blocks[position] = block_arrays(outcome)
     (table,) = (t for t in trial_results.compose(gathered(plan, blocks)).tables if t.name == "metrics")

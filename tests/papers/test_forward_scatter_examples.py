@@ -90,11 +90,11 @@ def test_w1_predicted_error() -> None:
     tau, centre, n, squares = np.array([19.2, 20.8]), 3.5, 8, 42.0
     variance = (0.2 / gamma) ** 2 * (1 / n + (tau - centre) ** 2 / squares)
     both = (0.5 / 400) * (0.04 / n) / gamma
-    covariance = np.diag([*variance, 2 * (0.5 * 0.2 / 400) ** 2 / n, 0.04 / squares / 2])
+    covariance = np.diag([*variance, 2 * (0.5 * 0.2 / 400) ** 2 / n, 0.04 / squares, 0.04 / squares])
     covariance[0, 2] = covariance[2, 0] = both
     covariance[1, 2] = covariance[2, 1] = -both
     answer = np.empty((3, 3))
-    errors_of_answer(14, np.array([*tau, omega, gamma]), covariance, centre, 5e4, 400.0, 0.5, answer)
+    errors_of_answer(14, np.array([*tau, omega, gamma, gamma]), covariance, centre, 5e4, 400.0, 0.5, answer)
     assert np.sqrt(answer[1, 1]) == pytest.approx(1496.38, rel=2e-4)
 
 

@@ -293,7 +293,7 @@ def test_18_6_rules(p: tuple, rule: str, weights: tuple, total: float) -> None:
     # A tie must be one to the bit.
     logs[1] = logs[0] if p[0] == p[1] else logs[1]
     got, merged = np.zeros((3, LANES)), np.zeros(LANES)
-    merge_weights(logs, 0, RULES.index(rule), got, merged)
+    merge_weights(logs, 0, RULES.index(rule), got, merged, np.empty((2, LANES)))
     np.testing.assert_allclose(got[:, 0], weights, rtol=1e-12, atol=1e-15)
     assert np.exp(merged[0]) == pytest.approx(total, rel=1e-12)
 
@@ -301,6 +301,6 @@ def test_18_6_rules(p: tuple, rule: str, weights: tuple, total: float) -> None:
 def test_18_7_logarithms_do_not_underflow() -> None:
     logs = np.repeat((np.log([0.2, 0.5, 0.3]) + np.array([-10000, -10003.5, -10020]))[:, None], LANES, 1)
     weights, total = np.zeros((3, LANES)), np.zeros(LANES)
-    merge_weights(logs, 0, RULES.index("moment"), weights, total)
+    merge_weights(logs, 0, RULES.index("moment"), weights, total, np.empty((2, LANES)))
     close(total[0], -10001.536658322088, 1e-14)
     close(weights[:, 0], (0.929805745605, 0.0701942515207, 2.87470872108e-9), 1e-10)

@@ -36,5 +36,5 @@ def test_few_values_are_sorted(values: list[float]) -> None:
 
 
 def test_few_and_many_values_go_different_ways() -> None:
-    assert Ordered(np.zeros(SORTED, np.float32))._bucket.size == 0
-    assert Ordered(np.zeros(SORTED + 1, np.float32))._bucket.size == SORTED + 1
+    assert Ordered(np.zeros(SORTED, np.float32))._keys.size == 0
+    assert Ordered(np.zeros(SORTED + 1, np.float32))._keys.size == SORTED + 1

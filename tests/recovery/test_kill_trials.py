@@ -30,6 +30,10 @@ def finished(house: House, run_id: str) -> set[int]:
         return set(outcomes.finished_blocks(connection, run_id))
 
 
+def another_block(house: House, run_id: str, before: set[int]) -> None:
+    wait_for(lambda: finished(house, run_id) > before, "another block", 240)
+
+
 def sound(house: House) -> bool:
     with house.database.read() as connection:
         return connection.execute(text("PRAGMA integrity_check")).scalar() == "ok"
@@ -50,26 +54,32 @@ def test_one_and_two_workers_give_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_twenty_kills_at_any_moment_lose_and_double_nothing(tmp_path: Path) -> None:
-    trials = 960
+    trials = 4_800
     house = settle(tmp_path / "data")
     moments = random.Random(20)
     with server(house) as first:
         run_id = first.start(body(trials))
         first.kill()
-    done: set[int] = set()
-    for kill in range(KILLS - 1):
+    done = finished(house, run_id)
+    grown = 0
+    for kill in range(1, KILLS):
         with server(house) as one:
-            # From its first breath to well into the work; the workers need about two seconds to be there.
-            time.sleep(moments.uniform(0, 5))
+            if kill % 2:
+                # From its first breath to some time after the workers are there.
+                time.sleep(moments.uniform(0, 3))
+            else:
+                # Whatever the machine is busy with: well inside the work, somewhere between two blocks.
+                another_block(house, run_id, done)
+                time.sleep(moments.uniform(0, 0.5))
             one.kill()
         now = finished(house, run_id)
         run = house.run(run_id)
         assert sound(house), kill
-        if run.state == "succeeded":
-            break
-        assert run.state in ("queued", "running"), (kill, run.error)
+        assert run.state in ("queued", "running"), (kill, run.state, run.error)
         assert now >= done, "a finished block is not computed twice"
+        grown += now > done
         done = now
+    assert grown >= KILLS // 2 - 1, "kills hit a run that was being computed"
     with server(house):
         sha256 = wait_for(lambda: house.run(run_id).result_sha256, "the disturbed run", 400)
     assert house.run(run_id).state == "succeeded"

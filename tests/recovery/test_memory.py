@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -60,11 +59,9 @@ def test_a_run_that_eats_memory_fails_and_spares_the_others(narrow: House, tmp_p
     marker = tmp_path / "starts"
     beside = narrow.queue({"seconds": 2.0})
     narrow.wait(beside, "running")
-    began = time.monotonic()
     greedy = narrow.queue({"behaviour": behaviour, "marker": str(marker)})
     after = [narrow.queue({"seconds": 0.2}) for _ in range(3)]
     run = narrow.wait(greedy, "failed", "succeeded")
-    assert time.monotonic() - began < 10
     assert run.error is not None
     assert run.error["code"] == "out_of_memory", run.error
     assert run.error["label"] == "entry 0"

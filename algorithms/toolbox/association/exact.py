@@ -10,10 +10,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.errors import ParameterError
+
 Floats = NDArray[np.float64]
 
 EXACT_COLUMNS = 14
-"""Length of the shorter side up to which the sum over all matchings is made."""
+"""Length of the shorter side up to which the sum over all matchings is made where nobody says otherwise."""
+LARGEST_EXACT = 18
+"""Beyond, the sum takes minutes and gigabytes."""
 
 
 def exact_probabilities(score: Floats, *, complete: bool = False) -> tuple[Floats, Floats]:
@@ -29,7 +33,18 @@ def exact_probabilities(score: Floats, *, complete: bool = False) -> tuple[Float
     pairs : (n, m, ...); what a row or column lacks to 1 is the probability that it has no partner. NaN where no
         matching is possible at all.
     log_total : (...)
+
+    Raises
+    ------
+    ParameterError
+        The shorter side is longer than `LARGEST_EXACT`.
     """
+    if min(score.shape[:2]) > LARGEST_EXACT:
+        raise ParameterError(
+            f"The sum over all matchings of {min(score.shape[:2])} measurements is too large; at most {LARGEST_EXACT} "
+            "can be.",
+            remedy="Split them into groups, or sum over the most likely matchings.",
+        )
     if score.shape[0] < score.shape[1]:
         pairs, log_total = exact_probabilities(np.swapaxes(score, 0, 1), complete=complete)
         return np.swapaxes(pairs, 0, 1), log_total

@@ -61,7 +61,7 @@ def fuse_polar(
 
     Parameters
     ----------
-    site : (K, 2) m, the radars
+    site : (K, 2) m, the radars; (K, N, 2) where they differ from set to set
     range_m, angle_rad : (K, N) m and rad counter-clockwise from east
     sigma_range_m, sigma_rad : (K,) or (K, N)
     """
@@ -70,7 +70,8 @@ def fuse_polar(
         np.broadcast_to(_per_radar(sigma_range_m, shape), shape),
         np.broadcast_to(_per_radar(sigma_rad, shape), shape),
     )
-    measured = _Measured(site, range_m, angle_rad, *weights)
+    sites = site[:, None] if site.ndim == 2 else site
+    measured = _Measured(np.broadcast_to(sites, (*shape, 2)), range_m, angle_rad, *weights)
     point = _weighted_mean(measured)
     value = measured.objective(point)
     damping = np.zeros(shape[1])
@@ -118,12 +119,12 @@ class _Measured:
         """Return the same with only these sets."""
         if sets.size == self.range.shape[1]:
             return self
-        cut = (a[:, sets] for a in (self.range, self.angle, self.sigma_range, self.sigma_angle))
-        return _Measured(self.site, *cut)
+        every = (self.site, self.range, self.angle, self.sigma_range, self.sigma_angle)
+        return _Measured(*(a[:, sets] for a in every))
 
     def residuals(self, point: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Offsets (K, N, 2) from the radars, distances, and normalised residuals of range and angle, (K, N)."""
-        offset = point[None] - self.site[:, None]
+        offset = point[None] - self.site
         distance = np.maximum(np.hypot(offset[..., 0], offset[..., 1]), LEAST_RANGE_M)
         along = (self.range - distance) / self.sigma_range
         across = wrapped(self.angle - np.arctan2(offset[..., 1], offset[..., 0])) / self.sigma_angle
@@ -160,7 +161,7 @@ def _weighted_mean(measured: _Measured) -> Floats:
         measured.range, measured.angle, measured.sigma_range, measured.sigma_angle
     )
     information = _inverse(covariances)
-    weighted = np.einsum("knij,knj->ni", information, points + measured.site[:, None])
+    weighted = np.einsum("knij,knj->ni", information, points + measured.site)
     return _solved(information.sum(axis=0), weighted)
 
 

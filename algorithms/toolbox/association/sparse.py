@@ -81,3 +81,43 @@ def _assigned(pairs: Ints, t: Ints, p: Ints, cost: Floats) -> Ints:
     at[r, c] = pairs
     found: Ints = at[linear_sum_assignment(table)]
     return found[found >= 0]
+
+
+def greatest_gain(track: Ints, plot: Ints, gain: Floats) -> Ints:
+    """Positions of the pairs of the matching with the largest total gain, in rising order; a gain of 0 is no pair.
+
+    Parameters
+    ----------
+    track, plot : (K,) the two sides of each possible pair; gain : (K,) >= 0
+    """
+    chosen = [
+        pairs[(gain[pairs] > 0)] if pairs.size == 1 else _gaining(pairs, track, plot, gain)
+        for pairs in components(track, plot)
+    ]
+    return np.sort(np.concatenate(chosen)) if chosen else np.empty(0, np.int64)
+
+
+def components(track: Ints, plot: Ints) -> list[Ints]:
+    """Positions of the pairs of each connected component: of tracks and plots that gates join, also through others."""
+    if not track.size:
+        return []
+    tracks, t = np.unique(track, return_inverse=True)
+    plots, p = np.unique(plot, return_inverse=True)
+    n = tracks.size + plots.size
+    graph = coo_array((np.ones(track.size), (t, tracks.size + p)), shape=(n, n))
+    _, part = connected_components(graph, directed=False)
+    component = part[t]
+    order = np.argsort(component, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(component[order])) + 1)
+
+
+def _gaining(pairs: Ints, track: Ints, plot: Ints, gain: Floats) -> Ints:
+    rows, r = np.unique(track[pairs], return_inverse=True)
+    columns, c = np.unique(plot[pairs], return_inverse=True)
+    table = np.zeros((rows.size, columns.size))
+    table[r, c] = gain[pairs]
+    at = np.full(table.shape, -1)
+    at[r, c] = pairs
+    found: Ints = at[linear_sum_assignment(table, maximize=True)]
+    found = found[found >= 0]
+    return found[gain[found] > 0]

@@ -28,9 +28,9 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.toolbox.filters.transition import LN_ZERO
-from algorithms.toolbox.kernels import LANES, inlined, kernel
-from algorithms.toolbox.kernels.exponential import exp_row, log_row
-from algorithms.toolbox.kernels.hypothesis import add_9, merge_2_9, merge_3_9
+from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.kernels.exponential import exponential, logarithm
+from algorithms.toolbox.kernels.hypothesis import add_9, merge_2_9, merge_3_9, merge_4_9
 
 RULES = ("moment", "max", "combined", "modified", "combined_sum", "modified_pair")
 """Names of the rules; a kernel takes the position in this tuple."""
@@ -39,11 +39,19 @@ MOMENT, MAX, COMBINED, MODIFIED, COMBINED_SUM, MODIFIED_PAIR = range(6)
 NOTHING = 0.5 * LN_ZERO
 
 
-@kernel
-def log_sum(logs, total):
-    """Write ln sum exp of (K, LANES) over K into `total`, (LANES,)."""
+@bare
+def log_sum(logs, total, spare):
+    """Write ln sum exp of (K, LANES) over K into `total`, (LANES,); `spare` (2, LANES) is room to work in."""
+    sums = spare[0]
+    _exponents(logs, logs, total, sums, 0)
+    for lane in range(LANES):
+        total[lane] += logarithm(sums[lane])
+
+
+@bare
+def _exponents(logs, weight, top, sums, keep):
+    """Largest logarithm and the sum of exp(l - top) of each lane; these terms into `weight` where `keep` is 1."""
     k = logs.shape[0]
-    top, part, sums = np.empty(LANES), np.empty(LANES), np.empty(LANES)
     for lane in range(LANES):
         top[lane] = logs[0, lane]
         sums[lane] = 0.0
@@ -51,19 +59,24 @@ def log_sum(logs, total):
         for lane in range(LANES):
             top[lane] = max(top[lane], logs[i, lane])
     for i in range(k):
-        for lane in range(LANES):
-            part[lane] = logs[i, lane] - top[lane]
-        exp_row(part, part)
-        for lane in range(LANES):
-            sums[lane] += part[lane]
-    log_row(sums, sums)
-    for lane in range(LANES):
-        total[lane] = top[lane] + sums[lane]
+        row = logs[i]
+        if keep == 1:
+            out = weight[i]
+            for lane in range(LANES):
+                out[lane] = exponential(row[lane] - top[lane])
+            for lane in range(LANES):
+                sums[lane] += out[lane]
+        else:
+            for lane in range(LANES):
+                sums[lane] += exponential(row[lane] - top[lane])
 
 
-@kernel
-def merge_weights(logs, main, rule, weight, total):
-    """Choose weights (K, LANES) and write the merged logarithm (LANES,); `main` < 0 = there is no main one."""
+@bare
+def merge_weights(logs, main, rule, weight, total, spare):
+    """Choose weights (K, LANES) and write the merged logarithm (LANES,).
+
+    `main` < 0 = there is no main one; `spare` (2, LANES) is room to work in.
+    """
     k = logs.shape[0]
     if k == 1:
         for lane in range(LANES):
@@ -71,31 +84,26 @@ def merge_weights(logs, main, rule, weight, total):
             total[lane] = logs[0, lane]
         return
     m = max(main, 0)
-    top, sums = np.empty(LANES), np.empty(LANES)
+    sums, top = spare[0], spare[1]
+    _exponents(logs, weight, top, sums, 1)
     for lane in range(LANES):
-        top[lane] = logs[0, lane]
-        sums[lane] = 0.0
-    for i in range(1, k):
-        for lane in range(LANES):
-            top[lane] = max(top[lane], logs[i, lane])
-    for i in range(k):
-        for lane in range(LANES):
-            weight[i, lane] = logs[i, lane] - top[lane]
-        exp_row(weight[i], weight[i])
-        for lane in range(LANES):
-            sums[lane] += weight[i, lane]
-    log_row(sums, total)
-    for lane in range(LANES):
-        total[lane] += top[lane]
+        total[lane] = top[lane] + logarithm(sums[lane])
     if rule == MOMENT:
         for lane in range(LANES):
             sums[lane] = 1.0 / sums[lane]
         for i in range(k):
             for lane in range(LANES):
                 weight[i, lane] *= sums[lane]
+    elif rule in (COMBINED, COMBINED_SUM):
+        _choose_main(m, rule, weight, sums)
     else:
         for lane in range(LANES):
-            _choose(logs, m, rule, weight, total, lane, top[lane], sums[lane])
+            _choose(logs, m, rule, weight, total, lane, top[lane])
+    nothing = 0
+    for lane in range(LANES):
+        nothing += 1 if top[lane] < NOTHING else 0
+    if nothing == 0:
+        return
     for lane in range(LANES):
         if top[lane] < NOTHING:
             for i in range(k):
@@ -103,9 +111,28 @@ def merge_weights(logs, main, rule, weight, total):
             total[lane] = LN_ZERO
 
 
-@inlined
-def _choose(logs, m, rule, weight, total, lane, top, sum_):
-    """Weights of one lane by the rules that may leave hypotheses out; `weight` holds exp(l - top)."""
+@bare
+def _choose_main(m, rule, weight, sums):
+    """Weights where main may stand alone and all others are merged; `weight` holds exp(l - top), 1 for the largest."""
+    k = weight.shape[0]
+    for lane in range(LANES):
+        own = weight[m, lane]
+        rival = sums[lane] - own
+        if rule == COMBINED:
+            rival = 0.0
+            for i in range(k):
+                if i != m:
+                    rival = max(rival, weight[i, lane])
+        # What is as probable as the largest has exactly 1 here, so a tie is one to the bit.
+        scale = 1.0 / sums[lane]
+        alone = own > rival
+        for i in range(k):
+            weight[i, lane] = (1.0 if i == m else 0.0) if alone else weight[i, lane] * scale
+
+
+@bare
+def _choose(logs, m, rule, weight, total, lane, top):
+    """Weights of one lane by the rules that leave hypotheses out; `weight` holds exp(l - top)."""
     k = logs.shape[0]
     best = -1
     for i in range(k):
@@ -115,28 +142,24 @@ def _choose(logs, m, rule, weight, total, lane, top, sum_):
         for i in range(k):
             weight[i, lane] = 1.0 if i == best else 0.0
         return
-    if rule == COMBINED_SUM:
-        alone = weight[m, lane] > sum_ - weight[m, lane]
-    else:
-        alone = logs[m, lane] > logs[best, lane]
     pair = weight[m, lane] + weight[best, lane]
     if rule == MODIFIED_PAIR:
         total[lane] = top + np.log(pair)
-    if alone:
-        for i in range(k):
+    alone = logs[m, lane] > logs[best, lane]
+    for i in range(k):
+        if alone:
             weight[i, lane] = 1.0 if i == m else 0.0
-    elif rule in (COMBINED, COMBINED_SUM):
-        for i in range(k):
-            weight[i, lane] /= sum_
-    else:
-        for i in range(k):
+        else:
             weight[i, lane] = weight[i, lane] / pair if i in (m, best) else 0.0
 
 
-@kernel
+@bare
 def merge_moments(s, weight, out):
     """Merge hypotheses s (K, 54, LANES) with weights (K, LANES) into one (54, LANES)."""
     k = s.shape[0]
+    if k == 4:
+        merge_4_9(s, weight, out)
+        return
     if k == 3:
         merge_3_9(s, weight, out)
         return
@@ -144,7 +167,7 @@ def merge_moments(s, weight, out):
         merge_2_9(s, weight, out)
         return
     if k == 1:
-        out[:] = s[0]
+        copy_hypothesis(s[0], out)
         return
     for i in range(54):
         for lane in range(LANES):
@@ -155,3 +178,11 @@ def merge_moments(s, weight, out):
                 out[i, lane] += weight[n, lane] * s[n, i, lane]
     for n in range(k):
         add_9(s[n], weight[n], out)
+
+
+@bare
+def copy_hypothesis(source, target):
+    """Copy all lanes of one hypothesis (54, LANES)."""
+    a, b = source.reshape(54 * LANES), target.reshape(54 * LANES)
+    for i in range(54 * LANES):
+        b[i] = a[i]

@@ -29,10 +29,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.toolbox.filters.merging import MOMENT, log_sum, merge_moments, merge_weights
+from algorithms.toolbox.filters.merging import MOMENT, copy_hypothesis, log_sum, merge_moments, merge_weights
 from algorithms.toolbox.filters.transition import LN_ZERO, Chains, log_transitions
-from algorithms.toolbox.kernels import LANES, inlined, kernel
-from algorithms.toolbox.kernels.exponential import log_row
+from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.kernels.exponential import exponential, logarithm
 from algorithms.toolbox.kernels.hypothesis import predict_9, update_9
 from algorithms.toolbox.motion.models import (
     CA,
@@ -116,6 +116,10 @@ class Work(NamedTuple):
     """(54, LANES)"""
     evidence: Floats
     """(LANES,), ln of the mark's density"""
+    spare: Floats
+    """(2, LANES)"""
+    share: Floats
+    """(N, LANES), model probabilities of the last answer"""
 
 
 def new_track(models: int) -> Track:
@@ -155,16 +159,18 @@ def new_work(models: int, structure: int) -> Work:
         sigma=np.zeros(LANES),
         merged=np.zeros((54, LANES)),
         evidence=np.zeros(LANES),
+        spare=np.zeros((2, LANES)),
+        share=np.zeros((models, LANES)),
     )
 
 
-@kernel
+@bare
 def place(i, j):
     """Where P[i, j], i >= j, stands in a hypothesis."""
     return 9 + i * (i + 1) // 2 + j
 
 
-@kernel
+@bare
 def start_lane(bank, track, lane, position, covariance, velocity_variance, acceleration_variance):
     """Start every model of a lane from one position (3,) and its packed covariance (6,): nothing is known of the rest.
 
@@ -185,7 +191,7 @@ def start_lane(bank, track, lane, position, covariance, velocity_variance, accel
     track.lead[lane] = 0
 
 
-@inlined
+@bare
 def settle_start(bank, track, work, fresh):
     """After `start_lane`: known accelerations, and the common state of the lanes with fresh = 1."""
     n = track.log.shape[0]
@@ -196,19 +202,19 @@ def settle_start(bank, track, work, fresh):
                 for lane in range(LANES):
                     if fresh[lane] > 0.0:
                         track.s[m, 3 * a + 2, lane] = work.coefficients[m, 13 + a, lane]
-    merge_weights(track.log, -1, MOMENT, work.weight, work.total)
+    merge_weights(track.log, -1, MOMENT, work.weight, work.total, work.spare)
     merge_moments(track.s, work.weight, work.merged)
     _blend(work.merged, track.common, fresh)
 
 
-@kernel
+@bare
 def _blend(source, target, go):
     """Copy the lanes with go = 1."""
     count = 0.0
     for lane in range(LANES):
         count += go[lane]
     if count == LANES:
-        target[:] = source
+        copy_hypothesis(source, target)
         return
     for lane in range(LANES):
         if go[lane] > 0.0:
@@ -216,7 +222,7 @@ def _blend(source, target, go):
                 target[i, lane] = source[i, lane]
 
 
-@inlined
+@bare
 def _predict(bank, model, s, dt, work, boost):
     """Predict one hypothesis with one model; the coefficients of linear models live as long as the intervals do."""
     kind = bank.kinds[model]
@@ -231,7 +237,7 @@ def _predict(bank, model, s, dt, work, boost):
     predict_9(s, c)
 
 
-@inlined
+@bare
 def advance(bank, track, work, dt, region):
     """Move all hypotheses over dt (LANES,) s, in `work`; return the largest clip of a transition power (NaN = none)."""
     n = track.log.shape[0]
@@ -250,21 +256,22 @@ def advance(bank, track, work, dt, region):
         if bank.structure == GPB2:
             for before in range(n):
                 h = after * n + before
-                work.s[h] = track.s[before]
-                work.log[h] = work.joint[before]
+                copy_hypothesis(track.s[before], work.s[h])
+                for lane in range(LANES):
+                    work.log[h, lane] = work.joint[before, lane]
                 _predict(bank, after, work.s[h], dt, work, track.boost)
             continue
         if bank.structure == IMM:
-            merge_weights(work.joint, after, bank.rule, work.weight, work.log[after])
+            merge_weights(work.joint, after, bank.rule, work.weight, work.log[after], work.spare)
             merge_moments(track.s, work.weight, work.s[after])
         else:
-            log_sum(work.joint, work.log[after])
-            work.s[after] = track.common
+            log_sum(work.joint, work.log[after], work.spare)
+            copy_hypothesis(track.common, work.s[after])
         _predict(bank, after, work.s[after], dt, work, track.boost)
     return clip
 
 
-@inlined
+@bare
 def absorb(work, which, rows, log_volume):
     """Let one hypothesis take the mark.
 
@@ -272,23 +279,23 @@ def absorb(work, which, rows, log_volume):
     log_volume : (LANES,), what ln det R exceeds the sum of ln variance by (0 unless rows were scaled)
     """
     update_9(work.s[which], rows)
-    log_row(rows[19], rows[19])
+    nis, likelihood, log = work.nis[which], work.likelihood[which], work.log[which]
     for lane in range(LANES):
         count = rows[15, lane] + rows[16, lane] + rows[17, lane]
-        value = -0.5 * (rows[18, lane] + rows[19, lane] + log_volume[lane] + count * LN_2PI)
-        work.nis[which, lane] = rows[18, lane]
-        work.likelihood[which, lane] = value
-        work.log[which, lane] = max(work.log[which, lane] + value, LN_ZERO)
+        value = -0.5 * (rows[18, lane] + logarithm(rows[19, lane]) + log_volume[lane] + count * LN_2PI)
+        nis[lane] = rows[18, lane]
+        likelihood[lane] = value
+        log[lane] = max(log[lane] + value, LN_ZERO)
 
 
-@inlined
+@bare
 def conclude(bank, track, work, go):
     """Take the mark over into the lanes with go = 1: probabilities, states, merging after the mark."""
     n = track.log.shape[0]
     if bank.structure == GPB2:
         for after in range(n):
             first = after * n
-            merge_weights(work.log[first : first + n], after, bank.rule, work.weight, work.joint[after])
+            merge_weights(work.log[first : first + n], after, bank.rule, work.weight, work.joint[after], work.spare)
             merge_moments(work.s[first : first + n], work.weight, work.merged)
             _blend(work.merged, track.s[after], go)
     else:
@@ -296,15 +303,24 @@ def conclude(bank, track, work, go):
             _blend(work.s[m], track.s[m], go)
             for lane in range(LANES):
                 work.joint[m, lane] = work.log[m, lane]
-    log_sum(work.joint, work.total)
+    # Counted from the largest: beside logarithms of -1e12 the sum of all would keep four digits only.
     for lane in range(LANES):
-        work.evidence[lane] = work.total[lane]
+        work.evidence[lane] = work.joint[0, lane]
+    for m in range(1, n):
+        for lane in range(LANES):
+            work.evidence[lane] = max(work.evidence[lane], work.joint[m, lane])
+    for m in range(n):
+        for lane in range(LANES):
+            work.joint[m, lane] -= work.evidence[lane]
+    log_sum(work.joint, work.total, work.spare)
+    for lane in range(LANES):
+        work.evidence[lane] += work.total[lane]
     for m in range(n):
         for lane in range(LANES):
             value = max(work.joint[m, lane] - work.total[lane], LN_ZERO)
             track.log[m, lane] = value if go[lane] > 0.0 else track.log[m, lane]
     if bank.structure == GPB1:
-        merge_weights(track.log, -1, bank.rule, work.weight, work.total)
+        merge_weights(track.log, -1, bank.rule, work.weight, work.total, work.spare)
         merge_moments(track.s, work.weight, work.merged)
         _blend(work.merged, track.common, go)
     for lane in range(LANES):
@@ -315,14 +331,19 @@ def conclude(bank, track, work, go):
         track.lead[lane] = best
 
 
-@kernel
+@bare
 def combine(bank, track, work, out):
-    """Write the answer, (54, LANES)."""
+    """Write the answer, (54, LANES), and the model probabilities into `work.share`."""
+    n = track.log.shape[0]
+    for m in range(n):
+        for lane in range(LANES):
+            work.share[m, lane] = exponential(track.log[m, lane])
     if bank.output_moment == 1:
-        merge_weights(track.log, -1, MOMENT, work.weight, work.total)
-        merge_moments(track.s, work.weight, out)
+        merge_moments(track.s, work.share, out)
         return
-    for lane in range(LANES):
-        m = track.lead[lane]
-        for i in range(54):
-            out[i, lane] = track.s[m, i, lane]
+    if n == 1:
+        copy_hypothesis(track.s[0], out)
+        return
+    for i in range(54):
+        for lane in range(LANES):
+            out[i, lane] = track.s[track.lead[lane], i, lane]

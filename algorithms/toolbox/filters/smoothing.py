@@ -70,7 +70,7 @@ def smooth(time_s: Floats, state: Floats, covariance: Floats, linked: Bools, mod
             predicted = fp @ np.swapaxes(f, -1, -2) + q
             moved = (x_after[lanes] - x_predicted) ** 2
             chained = (moved <= JUMP_SIGMA**2 * np.einsum("lii->li", predicted)).all(axis=1)
-            gain = np.swapaxes(_solve(predicted, fp), -1, -2) * chained[:, None, None]
+            gain = np.swapaxes(solve_scaled(predicted, fp), -1, -2) * chained[:, None, None]
             x_out[k, lanes] = x + np.einsum("lij,lj->li", gain, x_next[lanes] - x_predicted)
             smoothed = p + gain @ (p_next[lanes] - predicted) @ np.swapaxes(gain, -1, -2)
             p_out[k, lanes] = 0.5 * (smoothed + np.swapaxes(smoothed, -1, -2))
@@ -81,7 +81,7 @@ def smooth(time_s: Floats, state: Floats, covariance: Floats, linked: Bools, mod
     return x_out, p_out
 
 
-def _solve(symmetric: Floats, right: Floats) -> Floats:
+def solve_scaled(symmetric: Floats, right: Floats) -> Floats:
     """Solve S X = R with S scaled to a unit diagonal."""
     scale = 1.0 / np.sqrt(np.einsum("lii->li", symmetric))
     unit = symmetric * scale[:, :, None] * scale[:, None, :]

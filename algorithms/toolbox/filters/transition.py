@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.errors import ParameterError
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, bare, kernel
 
 Floats = NDArray[np.float64]
 
@@ -145,7 +145,7 @@ def transition_over(columns: Floats, ratio: float) -> tuple[Floats, float]:
     return out, clip
 
 
-@kernel
+@bare
 def _matrix_product(a, b, out):
     """Write a b of two (N, N) matrices."""
     n = a.shape[0]
@@ -157,6 +157,14 @@ def _matrix_product(a, b, out):
             out[i, j] = total
 
 
+@bare
+def _copy_matrix(source, target):
+    """Copy (N, N) numbers: without a slice, which costs the compiler seconds."""
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            target[i, j] = source[i, j]
+
+
 @kernel
 def transition_power(chains, c, dt, out):
     """Write P^(dt / dt0) of chain c into `out`, column = from; return the largest clip, NaN where there is no power."""
@@ -164,20 +172,20 @@ def transition_power(chains, c, dt, out):
     s = round(dt / chains.step_s * 1e9) / 1e9
     whole = np.floor(s + 0.5)
     if s == whole:
-        square = chains.base[c].copy()
-        keep = np.empty((n, n))
+        square, keep = np.empty((n, n)), np.empty((n, n))
         for i in range(n):
             for j in range(n):
+                square[i, j] = chains.base[c, i, j]
                 out[i, j] = 1.0 if i == j else 0.0
         left = int(whole)
         while left > 0:
             if left % 2 == 1:
                 _matrix_product(square, out, keep)
-                out[:] = keep
+                _copy_matrix(keep, out)
             left //= 2
             if left > 0:
                 _matrix_product(square, square, keep)
-                square[:] = keep
+                _copy_matrix(keep, square)
                 _scale_columns(square)
     elif chains.rooted[c] == 0:
         return np.nan
@@ -202,7 +210,7 @@ def transition_power(chains, c, dt, out):
     return clip
 
 
-@kernel
+@bare
 def _scale_columns(p):
     """Scale the columns to sums of 1."""
     n = p.shape[0]
@@ -226,11 +234,11 @@ def _exponential(g, s, out):
     while norm > 0.5:
         norm *= 0.5
         halvings += 1
-    scaled = g * (s / 2.0**halvings)
-    term = np.eye(n)
-    keep = np.empty((n, n))
+    scaled, term, keep = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
     for i in range(n):
         for j in range(n):
+            scaled[i, j] = g[i, j] * (s / 2.0**halvings)
+            term[i, j] = 1.0 if i == j else 0.0
             out[i, j] = term[i, j]
     for k in range(1, 19):
         _matrix_product(scaled, term, keep)
@@ -240,10 +248,10 @@ def _exponential(g, s, out):
                 out[i, j] += term[i, j]
     for _ in range(halvings):
         _matrix_product(out, out, keep)
-        out[:] = keep
+        _copy_matrix(keep, out)
 
 
-@kernel
+@bare
 def log_transitions(chains, region, dt, known_dt, known_region, out, work):
     """Bring ln P(dt), out (N, N, LANES), up to date for each lane; return the largest clip of what was computed.
 

@@ -18,10 +18,13 @@ LANES = 16
 """Trials side by side: 16 keep a nine-state filter inside the first-level cache."""
 
 # `contract` alone (fused multiply-add): the other fast-math flags change results with the surroundings.
-kernel = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+kernel = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", _nrt=True)
 inlined = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", inline="always")
+# For functions that create no array (the compiler refuses one that does): without the counting of references, which is
+# atomic and took a third of a multiple-model step, a slice or an argument costs nothing.
+bare = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", _nrt=False)
 # Where an iteration ends by comparing numbers, a last digit can decide: here no two operations may be fused, so that
 # the result does not depend on how the compiler cut the code that surrounds it.
 strict = numba.njit(cache=True, nogil=True, error_model="numpy")
 
-__all__ = ["LANES", "inlined", "kernel", "strict"]
+__all__ = ["LANES", "bare", "inlined", "kernel", "strict"]

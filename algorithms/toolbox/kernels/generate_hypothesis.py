@@ -35,7 +35,7 @@ A hypothesis s (54, LANES) holds x vx ax  y vy ay  z vz az and then the packed l
 
 from __future__ import annotations
 
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, bare
 '''
 
 
@@ -50,7 +50,7 @@ def _p(i: int, j: int) -> int:
 
 
 def _function(signature: str, meaning: str, flat: Iterable[tuple[str, str]], body: Iterable[str]) -> str:
-    lines = ["@kernel", f"def {signature}:", f'    """{meaning}"""']
+    lines = ["@bare", f"def {signature}:", f'    """{meaning}"""']
     lines += [f"    {short} = {name}.reshape({name}.size)" for short, name in flat]
     lines += ["    for lane in range(LANES):", *("        " + line for line in body)]
     return "\n".join(lines) + "\n"
@@ -86,7 +86,7 @@ def prediction() -> str:
 def update() -> str:
     """Source of `update_9`: three loops over the lanes, as one of three times the length is not vectorised."""
     lines = [
-        "@kernel",
+        "@bare",
         "def update_9(s, r):",
         '    """Update in place; write NIS and det S."""',
         "    q = s.reshape(s.size)",
@@ -143,7 +143,7 @@ def addition() -> str:
 
 def source() -> str:
     """Return the whole text of `hypothesis.py`."""
-    return HEAD + "".join("\n\n" + t for t in (prediction(), update(), *(merging(k) for k in (2, 3)), addition()))
+    return HEAD + "".join("\n\n" + t for t in (prediction(), update(), *(merging(k) for k in (2, 3, 4)), addition()))
 
 
 if __name__ == "__main__":

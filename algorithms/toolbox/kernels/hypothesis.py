@@ -14,10 +14,10 @@ A hypothesis s (54, LANES) holds x vx ax  y vy ay  z vz az and then the packed l
 
 from __future__ import annotations
 
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, bare
 
 
-@kernel
+@bare
 def predict_9(s, c):
     """Predict in place."""
     q = s.reshape(s.size)
@@ -194,7 +194,7 @@ def predict_9(s, c):
         q[53 * LANES + lane] = e * n21 + g * n22 + u[12 * LANES + lane]
 
 
-@kernel
+@bare
 def update_9(s, r):
     """Update in place; write NIS and det S."""
     q = s.reshape(s.size)
@@ -456,7 +456,7 @@ def update_9(s, r):
         q[53 * LANES + lane] -= g8 * w8
 
 
-@kernel
+@bare
 def merge_2_9(s, w, out):
     """Merge 2 hypotheses."""
     q = s.reshape(s.size)
@@ -584,7 +584,7 @@ def merge_2_9(s, w, out):
         t[53 * LANES + lane] = w0 * q[53 * LANES + lane] + e0 * d08 + w1 * q[107 * LANES + lane] + e1 * d18
 
 
-@kernel
+@bare
 def merge_3_9(s, w, out):
     """Merge 3 hypotheses."""
     q = s.reshape(s.size)
@@ -740,7 +740,191 @@ def merge_3_9(s, w, out):
         t[53 * LANES + lane] = w0 * q[53 * LANES + lane] + e0 * d08 + w1 * q[107 * LANES + lane] + e1 * d18 + w2 * q[161 * LANES + lane] + e2 * d28
 
 
-@kernel
+@bare
+def merge_4_9(s, w, out):
+    """Merge 4 hypotheses."""
+    q = s.reshape(s.size)
+    u = w.reshape(w.size)
+    t = out.reshape(out.size)
+    for lane in range(LANES):
+        w0 = u[0 * LANES + lane]
+        w1 = u[1 * LANES + lane]
+        w2 = u[2 * LANES + lane]
+        w3 = u[3 * LANES + lane]
+        x0 = q[0 * LANES + lane]
+        x1 = q[54 * LANES + lane]
+        x2 = q[108 * LANES + lane]
+        x3 = q[162 * LANES + lane]
+        c = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3
+        t[0 * LANES + lane] = c
+        d00 = x0 - c
+        d10 = x1 - c
+        d20 = x2 - c
+        d30 = x3 - c
+        x0 = q[1 * LANES + lane]
+        x1 = q[55 * LANES + lane]
+        x2 = q[109 * LANES + lane]
+        x3 = q[163 * LANES + lane]
+        c = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3
+        t[1 * LANES + lane] = c
+        d01 = x0 - c
+        d11 = x1 - c
+        d21 = x2 - c
+        d31 = x3 - c
+        x0 = q[2 * LANES + lane]
+        x1 = q[56 * LANES + lane]
+        x2 = q[110 * LANES + lane]
+        x3 = q[164 * LANES + lane]
+        c = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3
+        t[2 * LANES + lane] = c
+        d02 = x0 - c
+        d12 = x1 - c
+        d22 = x2 - c
+        d32 = x3 - c
+        x0 = q[3 * LANES + lane]
+        x1 = q[57 * LANES + lane]
+        x2 = q[111 * LANES + lane]
+        x3 = q[165 * LANES + lane]
+        c = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3
+        t[3 * LANES + lane] = c
+        d03 = x0 - c
+        d13 = x1 - c
+        d23 = x2 - c
+        d33 = x3 - c
+        x0 = q[4 * LANES + lane]
+        x1 = q[58 * LANES + lane]
+        x2 = q[112 * LANES + lane]
+        x3 = q[166 * LANES + lane]
+        c = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3
+        t[4 * LANES + lane] = c
+        d04 = x0 - c
+        d14 = x1 - c
+        d24 = x2 - c
+        d34 = x3 - c
+        x0 = q[5 * LANES + lane]
+        x1 = q[59 * LANES + lane]
+        x2 = q[113 * LANES + lane]
+        x3 = q[167 * LANES + lane]
+        c = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3
+        t[5 * LANES + lane] = c
+        d05 = x0 - c
+        d15 = x1 - c
+        d25 = x2 - c
+        d35 = x3 - c
+        x0 = q[6 * LANES + lane]
+        x1 = q[60 * LANES + lane]
+        x2 = q[114 * LANES + lane]
+        x3 = q[168 * LANES + lane]
+        c = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3
+        t[6 * LANES + lane] = c
+        d06 = x0 - c
+        d16 = x1 - c
+        d26 = x2 - c
+        d36 = x3 - c
+        x0 = q[7 * LANES + lane]
+        x1 = q[61 * LANES + lane]
+        x2 = q[115 * LANES + lane]
+        x3 = q[169 * LANES + lane]
+        c = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3
+        t[7 * LANES + lane] = c
+        d07 = x0 - c
+        d17 = x1 - c
+        d27 = x2 - c
+        d37 = x3 - c
+        x0 = q[8 * LANES + lane]
+        x1 = q[62 * LANES + lane]
+        x2 = q[116 * LANES + lane]
+        x3 = q[170 * LANES + lane]
+        c = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3
+        t[8 * LANES + lane] = c
+        d08 = x0 - c
+        d18 = x1 - c
+        d28 = x2 - c
+        d38 = x3 - c
+        e0 = w0 * d00
+        e1 = w1 * d10
+        e2 = w2 * d20
+        e3 = w3 * d30
+        t[9 * LANES + lane] = w0 * q[9 * LANES + lane] + e0 * d00 + w1 * q[63 * LANES + lane] + e1 * d10 + w2 * q[117 * LANES + lane] + e2 * d20 + w3 * q[171 * LANES + lane] + e3 * d30
+        e0 = w0 * d01
+        e1 = w1 * d11
+        e2 = w2 * d21
+        e3 = w3 * d31
+        t[10 * LANES + lane] = w0 * q[10 * LANES + lane] + e0 * d00 + w1 * q[64 * LANES + lane] + e1 * d10 + w2 * q[118 * LANES + lane] + e2 * d20 + w3 * q[172 * LANES + lane] + e3 * d30
+        t[11 * LANES + lane] = w0 * q[11 * LANES + lane] + e0 * d01 + w1 * q[65 * LANES + lane] + e1 * d11 + w2 * q[119 * LANES + lane] + e2 * d21 + w3 * q[173 * LANES + lane] + e3 * d31
+        e0 = w0 * d02
+        e1 = w1 * d12
+        e2 = w2 * d22
+        e3 = w3 * d32
+        t[12 * LANES + lane] = w0 * q[12 * LANES + lane] + e0 * d00 + w1 * q[66 * LANES + lane] + e1 * d10 + w2 * q[120 * LANES + lane] + e2 * d20 + w3 * q[174 * LANES + lane] + e3 * d30
+        t[13 * LANES + lane] = w0 * q[13 * LANES + lane] + e0 * d01 + w1 * q[67 * LANES + lane] + e1 * d11 + w2 * q[121 * LANES + lane] + e2 * d21 + w3 * q[175 * LANES + lane] + e3 * d31
+        t[14 * LANES + lane] = w0 * q[14 * LANES + lane] + e0 * d02 + w1 * q[68 * LANES + lane] + e1 * d12 + w2 * q[122 * LANES + lane] + e2 * d22 + w3 * q[176 * LANES + lane] + e3 * d32
+        e0 = w0 * d03
+        e1 = w1 * d13
+        e2 = w2 * d23
+        e3 = w3 * d33
+        t[15 * LANES + lane] = w0 * q[15 * LANES + lane] + e0 * d00 + w1 * q[69 * LANES + lane] + e1 * d10 + w2 * q[123 * LANES + lane] + e2 * d20 + w3 * q[177 * LANES + lane] + e3 * d30
+        t[16 * LANES + lane] = w0 * q[16 * LANES + lane] + e0 * d01 + w1 * q[70 * LANES + lane] + e1 * d11 + w2 * q[124 * LANES + lane] + e2 * d21 + w3 * q[178 * LANES + lane] + e3 * d31
+        t[17 * LANES + lane] = w0 * q[17 * LANES + lane] + e0 * d02 + w1 * q[71 * LANES + lane] + e1 * d12 + w2 * q[125 * LANES + lane] + e2 * d22 + w3 * q[179 * LANES + lane] + e3 * d32
+        t[18 * LANES + lane] = w0 * q[18 * LANES + lane] + e0 * d03 + w1 * q[72 * LANES + lane] + e1 * d13 + w2 * q[126 * LANES + lane] + e2 * d23 + w3 * q[180 * LANES + lane] + e3 * d33
+        e0 = w0 * d04
+        e1 = w1 * d14
+        e2 = w2 * d24
+        e3 = w3 * d34
+        t[19 * LANES + lane] = w0 * q[19 * LANES + lane] + e0 * d00 + w1 * q[73 * LANES + lane] + e1 * d10 + w2 * q[127 * LANES + lane] + e2 * d20 + w3 * q[181 * LANES + lane] + e3 * d30
+        t[20 * LANES + lane] = w0 * q[20 * LANES + lane] + e0 * d01 + w1 * q[74 * LANES + lane] + e1 * d11 + w2 * q[128 * LANES + lane] + e2 * d21 + w3 * q[182 * LANES + lane] + e3 * d31
+        t[21 * LANES + lane] = w0 * q[21 * LANES + lane] + e0 * d02 + w1 * q[75 * LANES + lane] + e1 * d12 + w2 * q[129 * LANES + lane] + e2 * d22 + w3 * q[183 * LANES + lane] + e3 * d32
+        t[22 * LANES + lane] = w0 * q[22 * LANES + lane] + e0 * d03 + w1 * q[76 * LANES + lane] + e1 * d13 + w2 * q[130 * LANES + lane] + e2 * d23 + w3 * q[184 * LANES + lane] + e3 * d33
+        t[23 * LANES + lane] = w0 * q[23 * LANES + lane] + e0 * d04 + w1 * q[77 * LANES + lane] + e1 * d14 + w2 * q[131 * LANES + lane] + e2 * d24 + w3 * q[185 * LANES + lane] + e3 * d34
+        e0 = w0 * d05
+        e1 = w1 * d15
+        e2 = w2 * d25
+        e3 = w3 * d35
+        t[24 * LANES + lane] = w0 * q[24 * LANES + lane] + e0 * d00 + w1 * q[78 * LANES + lane] + e1 * d10 + w2 * q[132 * LANES + lane] + e2 * d20 + w3 * q[186 * LANES + lane] + e3 * d30
+        t[25 * LANES + lane] = w0 * q[25 * LANES + lane] + e0 * d01 + w1 * q[79 * LANES + lane] + e1 * d11 + w2 * q[133 * LANES + lane] + e2 * d21 + w3 * q[187 * LANES + lane] + e3 * d31
+        t[26 * LANES + lane] = w0 * q[26 * LANES + lane] + e0 * d02 + w1 * q[80 * LANES + lane] + e1 * d12 + w2 * q[134 * LANES + lane] + e2 * d22 + w3 * q[188 * LANES + lane] + e3 * d32
+        t[27 * LANES + lane] = w0 * q[27 * LANES + lane] + e0 * d03 + w1 * q[81 * LANES + lane] + e1 * d13 + w2 * q[135 * LANES + lane] + e2 * d23 + w3 * q[189 * LANES + lane] + e3 * d33
+        t[28 * LANES + lane] = w0 * q[28 * LANES + lane] + e0 * d04 + w1 * q[82 * LANES + lane] + e1 * d14 + w2 * q[136 * LANES + lane] + e2 * d24 + w3 * q[190 * LANES + lane] + e3 * d34
+        t[29 * LANES + lane] = w0 * q[29 * LANES + lane] + e0 * d05 + w1 * q[83 * LANES + lane] + e1 * d15 + w2 * q[137 * LANES + lane] + e2 * d25 + w3 * q[191 * LANES + lane] + e3 * d35
+        e0 = w0 * d06
+        e1 = w1 * d16
+        e2 = w2 * d26
+        e3 = w3 * d36
+        t[30 * LANES + lane] = w0 * q[30 * LANES + lane] + e0 * d00 + w1 * q[84 * LANES + lane] + e1 * d10 + w2 * q[138 * LANES + lane] + e2 * d20 + w3 * q[192 * LANES + lane] + e3 * d30
+        t[31 * LANES + lane] = w0 * q[31 * LANES + lane] + e0 * d01 + w1 * q[85 * LANES + lane] + e1 * d11 + w2 * q[139 * LANES + lane] + e2 * d21 + w3 * q[193 * LANES + lane] + e3 * d31
+        t[32 * LANES + lane] = w0 * q[32 * LANES + lane] + e0 * d02 + w1 * q[86 * LANES + lane] + e1 * d12 + w2 * q[140 * LANES + lane] + e2 * d22 + w3 * q[194 * LANES + lane] + e3 * d32
+        t[33 * LANES + lane] = w0 * q[33 * LANES + lane] + e0 * d03 + w1 * q[87 * LANES + lane] + e1 * d13 + w2 * q[141 * LANES + lane] + e2 * d23 + w3 * q[195 * LANES + lane] + e3 * d33
+        t[34 * LANES + lane] = w0 * q[34 * LANES + lane] + e0 * d04 + w1 * q[88 * LANES + lane] + e1 * d14 + w2 * q[142 * LANES + lane] + e2 * d24 + w3 * q[196 * LANES + lane] + e3 * d34
+        t[35 * LANES + lane] = w0 * q[35 * LANES + lane] + e0 * d05 + w1 * q[89 * LANES + lane] + e1 * d15 + w2 * q[143 * LANES + lane] + e2 * d25 + w3 * q[197 * LANES + lane] + e3 * d35
+        t[36 * LANES + lane] = w0 * q[36 * LANES + lane] + e0 * d06 + w1 * q[90 * LANES + lane] + e1 * d16 + w2 * q[144 * LANES + lane] + e2 * d26 + w3 * q[198 * LANES + lane] + e3 * d36
+        e0 = w0 * d07
+        e1 = w1 * d17
+        e2 = w2 * d27
+        e3 = w3 * d37
+        t[37 * LANES + lane] = w0 * q[37 * LANES + lane] + e0 * d00 + w1 * q[91 * LANES + lane] + e1 * d10 + w2 * q[145 * LANES + lane] + e2 * d20 + w3 * q[199 * LANES + lane] + e3 * d30
+        t[38 * LANES + lane] = w0 * q[38 * LANES + lane] + e0 * d01 + w1 * q[92 * LANES + lane] + e1 * d11 + w2 * q[146 * LANES + lane] + e2 * d21 + w3 * q[200 * LANES + lane] + e3 * d31
+        t[39 * LANES + lane] = w0 * q[39 * LANES + lane] + e0 * d02 + w1 * q[93 * LANES + lane] + e1 * d12 + w2 * q[147 * LANES + lane] + e2 * d22 + w3 * q[201 * LANES + lane] + e3 * d32
+        t[40 * LANES + lane] = w0 * q[40 * LANES + lane] + e0 * d03 + w1 * q[94 * LANES + lane] + e1 * d13 + w2 * q[148 * LANES + lane] + e2 * d23 + w3 * q[202 * LANES + lane] + e3 * d33
+        t[41 * LANES + lane] = w0 * q[41 * LANES + lane] + e0 * d04 + w1 * q[95 * LANES + lane] + e1 * d14 + w2 * q[149 * LANES + lane] + e2 * d24 + w3 * q[203 * LANES + lane] + e3 * d34
+        t[42 * LANES + lane] = w0 * q[42 * LANES + lane] + e0 * d05 + w1 * q[96 * LANES + lane] + e1 * d15 + w2 * q[150 * LANES + lane] + e2 * d25 + w3 * q[204 * LANES + lane] + e3 * d35
+        t[43 * LANES + lane] = w0 * q[43 * LANES + lane] + e0 * d06 + w1 * q[97 * LANES + lane] + e1 * d16 + w2 * q[151 * LANES + lane] + e2 * d26 + w3 * q[205 * LANES + lane] + e3 * d36
+        t[44 * LANES + lane] = w0 * q[44 * LANES + lane] + e0 * d07 + w1 * q[98 * LANES + lane] + e1 * d17 + w2 * q[152 * LANES + lane] + e2 * d27 + w3 * q[206 * LANES + lane] + e3 * d37
+        e0 = w0 * d08
+        e1 = w1 * d18
+        e2 = w2 * d28
+        e3 = w3 * d38
+        t[45 * LANES + lane] = w0 * q[45 * LANES + lane] + e0 * d00 + w1 * q[99 * LANES + lane] + e1 * d10 + w2 * q[153 * LANES + lane] + e2 * d20 + w3 * q[207 * LANES + lane] + e3 * d30
+        t[46 * LANES + lane] = w0 * q[46 * LANES + lane] + e0 * d01 + w1 * q[100 * LANES + lane] + e1 * d11 + w2 * q[154 * LANES + lane] + e2 * d21 + w3 * q[208 * LANES + lane] + e3 * d31
+        t[47 * LANES + lane] = w0 * q[47 * LANES + lane] + e0 * d02 + w1 * q[101 * LANES + lane] + e1 * d12 + w2 * q[155 * LANES + lane] + e2 * d22 + w3 * q[209 * LANES + lane] + e3 * d32
+        t[48 * LANES + lane] = w0 * q[48 * LANES + lane] + e0 * d03 + w1 * q[102 * LANES + lane] + e1 * d13 + w2 * q[156 * LANES + lane] + e2 * d23 + w3 * q[210 * LANES + lane] + e3 * d33
+        t[49 * LANES + lane] = w0 * q[49 * LANES + lane] + e0 * d04 + w1 * q[103 * LANES + lane] + e1 * d14 + w2 * q[157 * LANES + lane] + e2 * d24 + w3 * q[211 * LANES + lane] + e3 * d34
+        t[50 * LANES + lane] = w0 * q[50 * LANES + lane] + e0 * d05 + w1 * q[104 * LANES + lane] + e1 * d15 + w2 * q[158 * LANES + lane] + e2 * d25 + w3 * q[212 * LANES + lane] + e3 * d35
+        t[51 * LANES + lane] = w0 * q[51 * LANES + lane] + e0 * d06 + w1 * q[105 * LANES + lane] + e1 * d16 + w2 * q[159 * LANES + lane] + e2 * d26 + w3 * q[213 * LANES + lane] + e3 * d36
+        t[52 * LANES + lane] = w0 * q[52 * LANES + lane] + e0 * d07 + w1 * q[106 * LANES + lane] + e1 * d17 + w2 * q[160 * LANES + lane] + e2 * d27 + w3 * q[214 * LANES + lane] + e3 * d37
+        t[53 * LANES + lane] = w0 * q[53 * LANES + lane] + e0 * d08 + w1 * q[107 * LANES + lane] + e1 * d18 + w2 * q[161 * LANES + lane] + e2 * d28 + w3 * q[215 * LANES + lane] + e3 * d38
+
+
+@bare
 def add_9(s, w, out):
     """Add one hypothesis to a covariance."""
     q = s.reshape(s.size)

@@ -104,25 +104,30 @@ def quantiles_with_intervals(
     """Quantiles of values (K, N) of N trials: each with its interval and the number of values; NaN = none."""
     nan = float("nan")
     finite = np.isfinite(values)
-    ordered = Ordered(values[finite])
+    whole = bool(finite.all())
+    ordered = Ordered(values.reshape(-1) if whole else values[finite])
     if ordered.size == 0:
         return [(nan, nan, nan, 0)] * len(shares)
-    d = _per_trial(finite)
+    d = np.full(values.shape[1], float(values.shape[0])) if whole else _per_trial(finite)
     out = []
     for p in shares:
         q = ordered.quantile(p)
-        below = _per_trial(values <= q)
-        m = Moments(values.shape[1], *(float(v) for v in (below.sum(), d.sum(), below @ below, below @ d, d @ d)))
         low = high = nan
-        if np.isfinite(m.variance) and 0 < p < 1:
-            half = student(m.trials) * np.sqrt(m.variance)
-            ends = np.clip([p - half, p + half], 0.0, 1.0)
-            low, high = (float(ordered.at(min(int(end * ordered.size), ordered.size - 1))) for end in ends)
-            low, high = min(low, q), max(high, q)
+        if 0 < p < 1:
+            below = _per_trial(values <= q)
+            m = Moments(values.shape[1], *(float(v) for v in (below.sum(), d.sum(), below @ below, below @ d, d @ d)))
+            if np.isfinite(m.variance):
+                half = student(m.trials) * np.sqrt(m.variance)
+                ends = np.clip([p - half, p + half], 0.0, 1.0)
+                low, high = (float(ordered.at(min(int(end * ordered.size), ordered.size - 1))) for end in ends)
+                low, high = min(low, q), max(high, q)
         out.append((q, low, high, ordered.size))
     return out
 
 
 def _per_trial(hits: NDArray[np.bool_]) -> Floats:
-    """How many of each column are true; 32 bits are added several times faster than 64."""
-    return np.add.reduce(hits, axis=0, dtype=np.int32).astype(float)
+    """How many of each column are true; bytes are added many times faster than anything wider, as far as they hold."""
+    counts = np.zeros(hits.shape[1])
+    for first in range(0, hits.shape[0], 255):
+        counts += np.add.reduce(hits[first : first + 255].view(np.uint8), axis=0, dtype=np.uint8)
+    return counts

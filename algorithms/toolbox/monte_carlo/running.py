@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from algorithms.result import Metric
-from algorithms.scores import Floats
+from algorithms.scores import Floats, SampleKind
 from algorithms.toolbox.monte_carlo.batches import BATCH
 from algorithms.toolbox.monte_carlo.intervals import (
     Moments,
@@ -26,8 +26,15 @@ from algorithms.toolbox.monte_carlo.intervals import (
 )
 from algorithms.toolbox.monte_carlo.sums import Node, Sums, fold, nodes_of
 
-QUANTILES = {"median": 0.5, "p75": 0.75, "p90": 0.9, "p99": 0.99, "max": 1.0}
-CURVE_QUANTILES = ("median", "p90")
+QUANTILES: dict[SampleKind, dict[str, float]] = {
+    "size": {"median": 0.5, "p75": 0.75, "p90": 0.9, "p99": 0.99, "max": 1.0},
+    # One standard deviation of a normal distribution to either side.
+    "signed": {"p16": 0.158655, "median": 0.5, "p84": 0.841345},
+    "drawn": {},
+}
+CURVE_QUANTILES = ("median", "p90", "p16", "p84")
+# So many trials are drawn one by one.
+DRAWN_TRIALS = 20
 
 
 @dataclass(frozen=True)
@@ -90,7 +97,9 @@ class Running:
                 fold(self._nodes[e], node)
             if self._with_samples:
                 for i, values in enumerate(part.samples):
-                    self._samples[e][i].append(values)
+                    drawn = part.layout.sampled[i].kind == "drawn"
+                    room = max(DRAWN_TRIALS - self.trials, 0) if drawn else lanes
+                    self._samples[e][i].append(values[:, :room])
         self.trials += lanes
 
     def _add_pairs(self, parts: Sequence[Sums], cut: slice) -> None:
@@ -149,8 +158,9 @@ class Running:
                 if sampled.per_trial and (segment or target):
                     continue
                 chosen = values if sampled.per_trial else values[self._kept_of(entry, g)]
-                found = quantiles_with_intervals(chosen, tuple(QUANTILES.values()))
-                for name, (value, low, high, n) in zip(QUANTILES, found, strict=True):
+                wanted = QUANTILES[sampled.kind]
+                found = quantiles_with_intervals(chosen, tuple(wanted.values()))
+                for name, (value, low, high, n) in zip(wanted, found, strict=True):
                     out.append(_metric(f"{name}_{sampled.name}", value, sampled.unit, n, low, high, segment, target))
         return out
 
@@ -190,10 +200,11 @@ class Running:
                     # Of a sorted row the finite values stand in front.
                     rows = np.sort(values, axis=1)
                     count = np.isfinite(values).sum(axis=1)
-                    for name in CURVE_QUANTILES:
+                    shares = QUANTILES[sampled.kind]
+                    for name in (one for one in CURVE_QUANTILES if one in shares):
                         out[f"{name}_{sampled.name}"] = column = np.full(first.time_s.size, np.nan)
                         some = np.flatnonzero(count)
-                        at = QUANTILES[name] * (count[some] - 1)
+                        at = shares[name] * (count[some] - 1)
                         low = at.astype(np.int64)
                         here = rows[some, low]
                         column[first.kept[some]] = here + (at - low) * (

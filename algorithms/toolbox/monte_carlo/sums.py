@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.scores import Floats, Ints, Scores
+from algorithms.scores import Floats, Ints, SampleKind, Scores
 from algorithms.spec import Leg
 
 
@@ -42,6 +42,7 @@ class Sampled:
     unit: str
     curve: bool
     per_trial: bool
+    kind: SampleKind = "size"
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,7 @@ def sums_of(scores: Scores, legs: Sequence[Leg], keep_every: int = 1, batch: int
             )
             for t in tallies
         ),
-        tuple(Sampled(s.name, s.unit, s.curve, s.values.ndim == 1) for s in scores.samples),
+        tuple(Sampled(s.name, s.unit, s.curve, s.values.ndim == 1, s.kind) for s in scores.samples),
         tuple((segment, target) for segment, target, _ in groups),
         scores.targets,
     )

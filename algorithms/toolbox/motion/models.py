@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, bare
 
 KINDS = ("cv", "ca", "ct", "gv", "gd")
 """Names of the models; a kernel takes the position in this tuple."""
@@ -40,11 +40,13 @@ CV, CA, CT, GV, GD = range(5)
 GRAVITY_MPS2 = 9.80665
 SEA_LEVEL_DENSITY = 1.225
 SCALE_HEIGHT_M = 7_200.0
+LOWEST_M = -10_000.0
+"""Air gets no denser below: an estimate that went astray would meet an infinite density."""
 BALLISTIC_COEFFICIENT = 10_000.0
 """kg/m2, of the model with drag"""
 
 
-@kernel
+@bare
 def known_acceleration(kind, x, out):
     """Write the acceleration that a model knows into rows 13 to 15 of `out` (16, LANES); 0 where there is none."""
     for a in range(13, 16):
@@ -56,14 +58,14 @@ def known_acceleration(kind, x, out):
     if kind == GD:
         for lane in range(LANES):
             vx, vy, vz = x[1, lane], x[4, lane], x[7, lane]
-            density = SEA_LEVEL_DENSITY * np.exp(-x[6, lane] / SCALE_HEIGHT_M)
+            density = SEA_LEVEL_DENSITY * np.exp(-max(x[6, lane], LOWEST_M) / SCALE_HEIGHT_M)
             drag = density * np.sqrt(vx * vx + vy * vy + vz * vz) / (2.0 * BALLISTIC_COEFFICIENT)
             out[13, lane] -= drag * vx
             out[14, lane] -= drag * vy
             out[15, lane] -= drag * vz
 
 
-@kernel
+@bare
 def transition_coefficients(kind, t, x, f):
     """Write the interval and a, b, c, d, e, g into rows 0 to 6 of f (16, LANES), for t (LANES,) s and states x."""
     for lane in range(LANES):
@@ -99,7 +101,7 @@ def transition_coefficients(kind, t, x, f):
         f[6, lane] = with_acceleration
 
 
-@kernel
+@bare
 def noise_coefficients(kind, sigma, t, as_rate, base, q):
     """Write the lower triangle of Q1 into rows 7 to 12 of q (16, LANES), in each lane's form; none over no time.
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
@@ -35,6 +38,36 @@ def simulate(parameters: MarkScenario, trials: tuple[int, ...], seed: int) -> To
     ParameterError
         The scenario cannot be: below the ground, too fast, no mark, too many marks; `pointer` names the field.
     """
+    world = _world(parameters)
+    marks = simulate_marks(world.truth, world.site.station_positions(), world.noise, trials, seed)
+    return ToaMarks(
+        time_s=world.time_s,
+        row=np.arange(1, world.time_s.size + 1),
+        target=world.target,
+        targets=_names(parameters),
+        truth_m=world.truth.position_m,
+        truth_velocity_mps=world.truth.velocity_mps,
+        site=world.site,
+        toa_s=marks.toa_s,
+        altitude_m=marks.altitude_m,
+        stations=tuple(s.name for s in parameters.stations),
+    )
+
+
+@dataclass(frozen=True)
+class _World:
+    """What is the same in all trials; its arrays are shared by the recordings made of it."""
+
+    site: Site
+    time_s: Floats
+    target: NDArray[np.int64]
+    truth: Trajectory
+    noise: MarkNoise
+
+
+@lru_cache(maxsize=2)
+def _world(parameters: MarkScenario) -> _World:
+    """Compute it once: a Monte Carlo run asks for batch after batch of the same."""
     site = _site(parameters)
     origin = site.frame_origin()
     earth = earths.sphere() if origin is None else earths.wgs84(origin)
@@ -52,19 +85,7 @@ def simulate(parameters: MarkScenario, trials: tuple[int, ...], seed: int) -> To
         outlier_share=parameters.outlier_share,
         outlier_late_s=_delays(parameters),
     )
-    marks = simulate_marks(truth, site.station_positions(), noise, trials, seed)
-    return ToaMarks(
-        time_s=time,
-        row=np.arange(1, time.size + 1),
-        target=target,
-        targets=_names(parameters),
-        truth_m=truth.position_m,
-        truth_velocity_mps=truth.velocity_mps,
-        site=site,
-        toa_s=marks.toa_s,
-        altitude_m=marks.altitude_m,
-        stations=tuple(s.name for s in parameters.stations),
-    )
+    return _World(site, time, target, truth, noise)
 
 
 def legs_of(parameters: MarkScenario) -> tuple[Leg, ...]:

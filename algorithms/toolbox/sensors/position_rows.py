@@ -29,8 +29,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.toolbox.kernels import LANES, kernel
-from algorithms.toolbox.kernels.exponential import log_row
+from algorithms.toolbox.kernels import LANES, bare, kernel
+from algorithms.toolbox.kernels.exponential import logarithm
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -81,93 +81,96 @@ def new_rows() -> PositionRows:
     )
 
 
-@kernel
-def coordinates(kind, axes, origin, x, y, z, out):
-    """Write the three coordinates of one point; NaN where it has none."""
+@bare
+def coordinates(kind, axes, origin, x, y, z):
+    """Return the three coordinates of one point; NaN where it has none."""
     dx, dy, dz = x - origin[0], y - origin[1], z - origin[2]
     a = axes[0, 0] * dx + axes[0, 1] * dy + axes[0, 2] * dz
     b = axes[1, 0] * dx + axes[1, 1] * dy + axes[1, 2] * dz
     c = axes[2, 0] * dx + axes[2, 1] * dy + axes[2, 2] * dz
     if kind == CARTESIAN:
-        out[0], out[1], out[2] = a, b, c
-        return
+        return a, b, c
     if kind == PLAN:
-        out[0] = np.sqrt(a * a + b * b)
-        out[1] = np.arctan2(a, b)
-        out[2] = c
-        return
+        return np.sqrt(a * a + b * b), np.arctan2(a, b), c
     r = np.sqrt(a * a + b * b + c * c)
-    out[0] = r
     if kind == BICONE:
-        out[1] = np.arcsin(b / r)
-        out[2] = np.arcsin(c / r)
-    else:
-        out[1] = np.arctan2(a, b)
-        out[2] = np.arcsin(c / r)
+        return r, np.arcsin(b / r), np.arcsin(c / r)
+    return r, np.arctan2(a, b), np.arcsin(c / r)
 
 
-@kernel
+@bare
 def gradients(kind, axes, origin, at, h):
     """Write the gradients, nine rows of h, of the coordinates at (3, LANES) m."""
+    a00, a01, a02 = axes[0, 0], axes[0, 1], axes[0, 2]
+    a10, a11, a12 = axes[1, 0], axes[1, 1], axes[1, 2]
+    a20, a21, a22 = axes[2, 0], axes[2, 1], axes[2, 2]
+    o0, o1, o2 = origin[0], origin[1], origin[2]
+    x, y, z = at[0], at[1], at[2]
     for lane in range(LANES):
-        dx, dy, dz = at[0, lane] - origin[0], at[1, lane] - origin[1], at[2, lane] - origin[2]
-        a = axes[0, 0] * dx + axes[0, 1] * dy + axes[0, 2] * dz
-        b = axes[1, 0] * dx + axes[1, 1] * dy + axes[1, 2] * dz
-        c = axes[2, 0] * dx + axes[2, 1] * dy + axes[2, 2] * dz
+        dx, dy, dz = x[lane] - o0, y[lane] - o1, z[lane] - o2
+        a = a00 * dx + a01 * dy + a02 * dz
+        b = a10 * dx + a11 * dy + a12 * dz
+        c = a20 * dx + a21 * dy + a22 * dz
         # In the sensor's axes first: g_ij = d coordinate i / d X_j.
         g00, g01, g02 = 1.0, 0.0, 0.0
         g10, g11, g12 = 0.0, 1.0, 0.0
         g20, g21, g22 = 0.0, 0.0, 1.0
         plan2 = max(a * a + b * b, 1e-12)
-        r2 = plan2 + c * c
-        r = np.sqrt(r2)
-        plan = np.sqrt(plan2)
         if kind == BICONE:
-            g00, g01, g02 = a / r, b / r, c / r
-            s = r2 * np.sqrt(max(a * a + c * c, 1e-12))
-            g10, g11, g12 = -b * a / s, (a * a + c * c) / s, -b * c / s
-            s = r2 * plan
-            g20, g21, g22 = -c * a / s, -c * b / s, plan2 / s
+            side2 = max(a * a + c * c, 1e-12)
+            u = 1.0 / np.sqrt(plan2 + c * c)
+            g00, g01, g02 = a * u, b * u, c * u
+            s = u * u / np.sqrt(side2)
+            g10, g11, g12 = -b * a * s, side2 * s, -b * c * s
+            s = u * u / np.sqrt(plan2)
+            g20, g21, g22 = -c * a * s, -c * b * s, plan2 * s
         elif kind == POLAR:
-            g00, g01, g02 = a / r, b / r, c / r
+            u = 1.0 / np.sqrt(plan2 + c * c)
+            g00, g01, g02 = a * u, b * u, c * u
             g10, g11, g12 = b / plan2, -a / plan2, 0.0
-            s = r2 * plan
-            g20, g21, g22 = -c * a / s, -c * b / s, plan2 / s
+            s = u * u / np.sqrt(plan2)
+            g20, g21, g22 = -c * a * s, -c * b * s, plan2 * s
         elif kind == PLAN:
-            g00, g01, g02 = a / plan, b / plan, 0.0
+            u = 1.0 / np.sqrt(plan2)
+            g00, g01, g02 = a * u, b * u, 0.0
             g10, g11, g12 = b / plan2, -a / plan2, 0.0
-        for j in range(3):
-            h[j, lane] = g00 * axes[0, j] + g01 * axes[1, j] + g02 * axes[2, j]
-            h[3 + j, lane] = g10 * axes[0, j] + g11 * axes[1, j] + g12 * axes[2, j]
-            h[6 + j, lane] = g20 * axes[0, j] + g21 * axes[1, j] + g22 * axes[2, j]
+        h[0, lane] = g00 * a00 + g01 * a10 + g02 * a20
+        h[1, lane] = g00 * a01 + g01 * a11 + g02 * a21
+        h[2, lane] = g00 * a02 + g01 * a12 + g02 * a22
+        h[3, lane] = g10 * a00 + g11 * a10 + g12 * a20
+        h[4, lane] = g10 * a01 + g11 * a11 + g12 * a21
+        h[5, lane] = g10 * a02 + g11 * a12 + g12 * a22
+        h[6, lane] = g20 * a00 + g21 * a10 + g22 * a20
+        h[7, lane] = g20 * a01 + g21 * a11 + g22 * a21
+        h[8, lane] = g20 * a02 + g21 * a12 + g22 * a22
 
 
-@kernel
+@bare
 def position_covariance(h, sd, lane, out):
     """Write G diag(sd^2) G', G the inverse of one lane's gradients: the packed covariance (6,) of a converted mark."""
     a, b, c = h[0, lane], h[1, lane], h[2, lane]
     d, e, f = h[3, lane], h[4, lane], h[5, lane]
     g, i, j = h[6, lane], h[7, lane], h[8, lane]
     det = a * (e * j - f * i) - b * (d * j - f * g) + c * (d * i - e * g)
-    inverse = np.empty((3, 3))
-    inverse[0, 0], inverse[0, 1], inverse[0, 2] = e * j - f * i, c * i - b * j, b * f - c * e
-    inverse[1, 0], inverse[1, 1], inverse[1, 2] = f * g - d * j, a * j - c * g, c * d - a * f
-    inverse[2, 0], inverse[2, 1], inverse[2, 2] = d * i - e * g, b * g - a * i, a * e - b * d
-    for m in range(3):
-        for n in range(m + 1):
-            total = 0.0
-            for k in range(3):
-                total += inverse[m, k] * inverse[n, k] * sd[k] * sd[k]
-            out[m * (m + 1) // 2 + n] = total / (det * det)
+    m00, m01, m02 = (e * j - f * i) * sd[0], (c * i - b * j) * sd[1], (b * f - c * e) * sd[2]
+    m10, m11, m12 = (f * g - d * j) * sd[0], (a * j - c * g) * sd[1], (c * d - a * f) * sd[2]
+    m20, m21, m22 = (d * i - e * g) * sd[0], (b * g - a * i) * sd[1], (a * e - b * d) * sd[2]
+    scale = 1.0 / (det * det)
+    out[0] = (m00 * m00 + m01 * m01 + m02 * m02) * scale
+    out[1] = (m10 * m00 + m11 * m01 + m12 * m02) * scale
+    out[2] = (m10 * m10 + m11 * m11 + m12 * m12) * scale
+    out[3] = (m20 * m00 + m21 * m01 + m22 * m02) * scale
+    out[4] = (m20 * m10 + m21 * m11 + m22 * m12) * scale
+    out[5] = (m20 * m20 + m21 * m21 + m22 * m22) * scale
 
 
-@kernel
+@bare
 def _wrap(angle):
     """Bring an angle into -pi to pi."""
     return angle - 2.0 * np.pi * np.floor(angle / (2.0 * np.pi) + 0.5)
 
 
-@kernel
+@bare
 def linearised(mark, way, go, x, rows):
     """Write the rows of a mark for the predicted hypothesis x (54, LANES); lanes with go = 0 get none."""
     if way == CONVERTED:
@@ -189,12 +192,14 @@ def linearised(mark, way, go, x, rows):
     for lane in range(LANES):
         rows.log_volume[lane] = 0.0
     for i in range(3):
+        h0, h1, h2 = rows.r[3 * i], rows.r[3 * i + 1], rows.r[3 * i + 2]
+        nu, variance, active, sd = rows.r[9 + i], rows.r[12 + i], rows.r[15 + i], mark.sd[i]
         for lane in range(LANES):
-            rows.r[15 + i, lane] = go[lane]
-            rows.r[12 + i, lane] = mark.sd[i, lane] * mark.sd[i, lane] if go[lane] > 0.0 else 1.0
+            here = go[lane] > 0.0
+            active[lane] = go[lane]
+            variance[lane] = sd[lane] * sd[lane] if here else 1.0
             dx, dy, dz = mark.y[0, lane] - x[0, lane], mark.y[1, lane] - x[3, lane], mark.y[2, lane] - x[6, lane]
-            nu = rows.r[3 * i + 0, lane] * dx + rows.r[3 * i + 1, lane] * dy + rows.r[3 * i + 2, lane] * dz
-            rows.r[9 + i, lane] = nu if go[lane] > 0.0 else 0.0
+            nu[lane] = h0[lane] * dx + h1[lane] * dy + h2[lane] * dz if here else 0.0
     if way in (CONVERTED, AT_PREDICTION) or mark.kind == CARTESIAN:
         for lane in range(LANES):
             det = (
@@ -202,21 +207,17 @@ def linearised(mark, way, go, x, rows):
                 - rows.r[1, lane] * (rows.r[3, lane] * rows.r[8, lane] - rows.r[5, lane] * rows.r[6, lane])
                 + rows.r[2, lane] * (rows.r[3, lane] * rows.r[7, lane] - rows.r[4, lane] * rows.r[6, lane])
             )
-            rows.log_volume[lane] = max(det * det, 1e-300) if go[lane] > 0.0 else 1.0
-        log_row(rows.log_volume, rows.log_volume)
-        for lane in range(LANES):
-            rows.log_volume[lane] = -rows.log_volume[lane]
+            rows.log_volume[lane] = -logarithm(max(det * det, 1e-300) if go[lane] > 0.0 else 1.0)
         return
-    measured = np.empty(3)
     for lane in range(LANES):
         if go[lane] == 0.0:
             continue
         if way == UKF:
             _statistical(mark, lane, x, rows)
             continue
-        coordinates(mark.kind, mark.axes, mark.origin, rows.at[0, lane], rows.at[1, lane], rows.at[2, lane], measured)
+        found = coordinates(mark.kind, mark.axes, mark.origin, rows.at[0, lane], rows.at[1, lane], rows.at[2, lane])
         for i in range(3):
-            nu = mark.z[i, lane] - measured[i]
+            nu = mark.z[i, lane] - found[i]
             # Where the prediction was no point to linearise at, the innovation is counted from the mark.
             for a in range(3):
                 nu += rows.r[3 * i + a, lane] * (rows.at[a, lane] - x[3 * a, lane])
@@ -242,18 +243,17 @@ def _statistical(mark, lane, x, rows):
     for k in range(6):
         sign = 1.0 if k < 3 else -1.0
         c = k % 3
-        coordinates(
+        found = coordinates(
             mark.kind,
             mark.axes,
             mark.origin,
             x[0, lane] + sign * root3 * low[0, c],
             x[3, lane] + sign * root3 * low[1, c],
             x[6, lane] + sign * root3 * low[2, c],
-            z[k],
         )
         for i in range(3):
             # Angles are counted from the measured one, so that no mean crosses the seam.
-            away = z[k, i] - mark.z[i, lane]
+            away = found[i] - mark.z[i, lane]
             z[k, i] = _wrap(away) if i > 0 and (i == 1 or mark.kind != PLAN) else away
     mean = np.zeros(3)
     for i in range(3):

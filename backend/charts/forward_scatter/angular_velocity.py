@@ -6,6 +6,7 @@ import numpy as np
 
 from algorithms.recording import DopplerPairs, Recording
 from algorithms.toolbox.frames.forward_scatter import scatter_frame
+from algorithms.toolbox.sensors.doppler import doppler_hz
 from backend.charts import theme
 from backend.charts.columns import Floats
 from backend.charts.decimate import Picked, curve
@@ -51,7 +52,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
                     "row %{customdata}<extra></extra>",
                 )
             )
-        exact = _exact(view.recording) if name == "omega_rad_s" else None
+        exact = _exact(view.recording, name)
         if exact is not None:
             time = view.recording.time_s
             step = np.diff(time)
@@ -64,6 +65,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
                     broken(time, flights),
                     broken(scale * exact, flights),
                     name="exact, seen from the receivers",
+                    showlegend=i == 0,
                     yaxis=key,
                     mode="lines",
                     line={"color": theme.TRUTH, "width": 1, "dash": "dash"},
@@ -80,8 +82,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     )
 
 
-def _exact(recording: Recording) -> Floats | None:
-    """(x v_y - y v_x) / (x^2 + y^2), rad/s."""
+def _exact(recording: Recording, name: str) -> Floats | None:
+    """(x v_y - y v_x) / (x^2 + y^2), rad/s, or the difference of the two Dopplers, Hz, of the true flight."""
     site = recording.site
     if not isinstance(recording, DopplerPairs) or not recording.has_truth or site is None or not site.transmitters:
         return None
@@ -89,8 +91,19 @@ def _exact(recording: Recording) -> Floats | None:
     count = len(site.transmitters)
     frame = scatter_frame(places[:count], places[count:])
     place, speed = frame.from_enu(recording.truth_m), frame.turned_from_enu(recording.truth_velocity_mps)
-    square = place[:, 0] ** 2 + place[:, 1] ** 2
-    exact = (place[:, 0] * speed[:, 1] - place[:, 1] * speed[:, 0]) / square
+    if name == "omega_rad_s":
+        square = place[:, 0] ** 2 + place[:, 1] ** 2
+        exact = (place[:, 0] * speed[:, 1] - place[:, 1] * speed[:, 0]) / square
+    elif (count, len(places)) == (1, 3) and site.wavelength_m is not None:
+        transmitter, *receivers = frame.from_enu(places)
+        # f1 - f2: of the receiver at the smaller y minus that at the larger.
+        lower, upper = (
+            doppler_hz(place, speed, transmitter, receiver, site.wavelength_m)
+            for receiver in sorted(receivers, key=lambda r: float(r[1]))
+        )
+        exact = lower - upper
+    else:
+        return None
     return exact if np.isfinite(exact).any() else None
 
 

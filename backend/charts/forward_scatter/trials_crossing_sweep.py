@@ -7,12 +7,12 @@ import numpy as np
 from backend.charts import theme
 from backend.charts.columns import Floats, numbers, words
 from backend.charts.figure import ChartNote, Trace, axis, figure, log_axis, not_applicable, trace
+from backend.charts.swept import title_of
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView, swept_columns
 
 TITLE = "Crossing distance against the swept value"
 METRIC = "crossing_distance_rms_m"
 SEGMENTS = (("crossing", "solid"), ("end", "dash"))
-UNITS = {"m": "m", "s": "s", "deg": "deg", "hz": "Hz", "mps": "m/s", "mps2": "m/s²", "percent": "%", "ms": "ms"}
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -29,10 +29,6 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
                          *(numbers(table, n) for n in ("value", "ci95_low", "ci95_high")))  # fmt: skip
     if not traces:
         return not_applicable(TITLE, "no_sweep")
-    quantity, _, unit = first.rpartition(".")[2].rpartition("_")
-    title = (
-        f"{quantity.replace('_', ' ')}, {UNITS[unit]}" if unit in UNITS else first.rpartition(".")[2].replace("_", " ")
-    )
     return figure(
         TITLE,
         traces,
@@ -40,7 +36,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         notes=[
             ChartNote("crossing_sweep", "Rms over the trials at the crossing and at the end; bars are 95 % intervals.")
         ],
-        xaxis=axis(title),
+        xaxis=axis(title_of(first, view)),
         yaxis=log_axis("Error of the crossing distance, m", traces),
     )
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.recording import PolarPlots
-from algorithms.toolbox.frames.polar_conversion import angle_from_compass
 from backend.charts import theme
 from backend.charts.columns import Floats, Ints, numbers, words
 from backend.charts.ellipse import error_ellipses
 from backend.charts.figure import ChartNote, Trace, axis, counted, figure, line_of, not_applicable, trace
+from backend.charts.identification.known_plots import plots_of_entry
 from backend.charts.plots import plot_positions
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
@@ -32,15 +32,21 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         return not_applicable(TITLE, "no_marks")
     chosen = here[:MOST_PLOTS]
     traces: list[Trace] = []
+    known = plots_of_entry(recording, view.entries[0] if view.entries else None)
     for radar, name in enumerate(recording.radars):
         mine = chosen[recording.radar[chosen] == radar]
-        outline = _bananas(recording, mine, radar)
         color = theme.SERIES[(radar + 2) % len(theme.SERIES)]
-        if outline is not None:
+        if known is not None and mine.size:
             traces.append(
                 trace(
                     "interval",
-                    *outline,
+                    *banana(
+                        known.sites[radar],
+                        known.range_m[mine, 0],
+                        known.angle_rad[mine, 0],
+                        float(known.sigma_range[radar]),
+                        float(known.sigma_angle[radar]),
+                    ),
                     name=f"radar {name}, 95 % regions",
                     mode="lines",
                     line={"color": color, "width": 1},
@@ -64,9 +70,9 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         )
     for entry in view.entries:
         traces += _pairs(entry, recording, where.east_m, where.north_m, chosen)
-    known = chosen[np.isfinite(recording.truth_m[chosen]).all(axis=1)]
-    if known.size:
-        place = np.unique(recording.truth_m[known, :2], axis=0)
+    true = chosen[np.isfinite(recording.truth_m[chosen]).all(axis=1)]
+    if true.size:
+        place = np.unique(recording.truth_m[true, :2], axis=0)
         marker = {"color": theme.TRUTH, "size": 8, "symbol": "x-thin", "line": {"width": 2, "color": theme.TRUTH}}
         traces.append(trace("truth", place[:, 0], place[:, 1], name="true position", mode="markers", marker=marker))
     for one in traces:
@@ -86,24 +92,16 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     )
 
 
-def _bananas(recording: PolarPlots, marks: Ints, radar: int) -> tuple[Floats, Floats] | None:
-    """Outlines of the region that holds 95 % in range and azimuth, NaN after each."""
-    if recording.site is None:
-        return None
-    known = {r.name: (r, p) for r, p in zip(recording.site.radars, recording.site.radar_positions(), strict=True)}
-    found = known.get(recording.radars[radar])
-    if found is None or found[0].sigma_range_m is None or found[0].sigma_azimuth_deg is None or not marks.size:
-        return None
-    place = found[1]
-    sigma_range, sigma_angle = found[0].sigma_range_m, np.radians(found[0].sigma_azimuth_deg)
+def banana(
+    site: Floats, range_m: Floats, angle_rad: Floats, sigma_range_m: float, sigma_rad: float
+) -> tuple[Floats, Floats]:
+    """Outlines (m) of the regions that hold 95 % in range and angle, of plots (n,), NaN after each."""
     turn = np.linspace(0, 2 * np.pi, CORNERS + 1)
-    range_m = recording.range_m[marks, 0]
-    angle = angle_from_compass(recording.azimuth_rad[marks, 0])
-    r = range_m[:, None] + RADIUS * sigma_range * np.cos(turn)
-    b = angle[:, None] + RADIUS * sigma_angle * np.sin(turn)
-    gap = np.full((marks.size, 1), np.nan)
-    east = np.hstack([place[0] + r * np.cos(b), gap]).ravel()
-    north = np.hstack([place[1] + r * np.sin(b), gap]).ravel()
+    r = range_m[:, None] + RADIUS * sigma_range_m * np.cos(turn)
+    b = angle_rad[:, None] + RADIUS * sigma_rad * np.sin(turn)
+    gap = np.full((range_m.size, 1), np.nan)
+    east = np.hstack([site[0] + r * np.cos(b), gap]).ravel()
+    north = np.hstack([site[1] + r * np.sin(b), gap]).ravel()
     return east, north
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from backend.charts.figure import ChartNote, Trace, axis, figure, not_applicable
+from backend.charts import theme
+from backend.charts.figure import ChartNote, Trace, axis, figure, not_applicable, trace
+from backend.charts.identification.fused_bound import bound_over
 from backend.charts.identification.samples import measured, swept_names
 from backend.charts.identification.trials_probability import line_of_metric, ticks_of, title_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
@@ -24,9 +26,13 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     if not traces:
         return not_applicable(TITLE, "no_sweep")
     x = np.unique(np.concatenate([np.asarray(t["x"], float) for t in traces]))
+    limit = bound_over(view, names[0], x)
+    if limit is not None:
+        line = {"color": theme.BOUND, "width": 1.2, "dash": "dash"}
+        traces.append(trace("bound", x, limit, name="bound of the fused error", mode="lines", line=line, yaxis="y2"))
     text = (
         "Solid, left: share of correct associations; dotted, right: rms error of the positions fused from correct "
-        "pairs. A longer base makes the one worse and the other better."
+        "pairs, dashed its Cramer-Rao bound. A longer base makes the one worse and the other better."
     )
     return figure(
         TITLE,

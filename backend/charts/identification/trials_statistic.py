@@ -7,12 +7,12 @@ from scipy import stats
 
 from backend.charts import theme
 from backend.charts.figure import ChartNote, Trace, axis, counted, figure, not_applicable, trace
+from backend.charts.identification.known_plots import tail_of
 from backend.charts.identification.samples import cells_of
 from backend.charts.trial_curves import line_of_variant
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Statistic of true and false pairs"
-THRESHOLD = 9.210340
 UPPER = 40.0
 BINS = 80
 DOF = {"track_association": 4}
@@ -51,9 +51,16 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         return not_applicable(TITLE, "no_single_values")
     dof = DOF.get(view.entries[0].algorithm, 2)
     law = trace("bound", middle, stats.chi2.pdf(middle, dof), name=f"chi-square, {dof} degrees of freedom")
-    threshold = float(stats.chi2.isf(0.01, dof))
-    line = trace("bound", np.full(2, threshold), np.array([0.0, 0.55]), name="threshold at alpha = 0.01")
-    for one, dash in ((law, "solid"), (line, "dash")):
+    lines = [
+        trace(
+            "bound",
+            np.full(2, float(stats.chi2.isf(tail, dof))),
+            np.array([0.0, 0.55]),
+            name=f"threshold at alpha = {tail:g}",
+        )
+        for tail in sorted({tail_of(entry) for entry in view.entries})
+    ]
+    for one, dash in ((law, "solid"), *((line, "dash") for line in lines)):
         one |= {"mode": "lines", "line": {"color": theme.BOUND, "width": 1.2, "dash": dash}}
         traces.append(one)
     text = (

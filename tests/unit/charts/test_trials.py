@@ -58,7 +58,61 @@ def test_a_sweep_has_a_tick_at_every_value() -> None:
     assert axis["type"] == "log"
     assert axis["tickvals"].tolist() == [10.0, 100.0]
     assert axis["ticktext"] == ["10", "100"]
+    assert axis["title"]["text"] == "sigma altitude m", "a preset that nobody knows has no words for it"
     assert lines(drawn)["b"]["line"]["color"] == theme.series_color(1)
+
+
+def swept_over(values: list[float]) -> dict[str, Any]:
+    count = len(values)
+    table = Table(
+        {
+            "metric": ["rms_horizontal_m"] * count,
+            "segment": [None] * count,
+            "target": [None] * count,
+            "scenario.sigma_toa_ns": np.array(values),
+            "value": np.linspace(100.0, 200.0, count),
+            "ci95_low": np.linspace(90.0, 190.0, count),
+            "ci95_high": np.linspace(110.0, 210.0, count),
+        }
+    )
+    entry = Entry("rdf", 0, "rdf", lambda name: table if name == "metrics" else Table({}), dict)
+    seen = RunView(view().recording, (entry,), scenario="four_station_circuit")
+    axis: dict[str, Any] = trials_sweep.draw(seen, ChartOptions())["layout"]["xaxis"]
+    return axis
+
+
+def test_who_is_not_swept_stands_as_a_level_beside_those_who_are() -> None:
+    swept = chart_views.trial_tables(1.0, "b.sigma_altitude_m")
+    alone = chart_views.trial_tables(2.0, "b.sigma_altitude_m")
+    metrics = alone["metrics"]
+    once = metrics.take(np.arange(len(metrics)) == 0)
+    once = Table(once.columns | {"b.sigma_altitude_m": np.full(len(once), np.nan)})
+    drawn = trials_sweep.draw(chart_views.run(RECORDING, alone | {"metrics": once}, swept), ChartOptions())
+    level = lines(drawn)["a"]
+    assert level["x"].tolist() == [10.0, 100.0]
+    assert level["y"][0] == level["y"][1]
+    assert level["mode"] == "lines"
+
+
+@pytest.mark.parametrize(
+    ("values", "kind", "ticks"),
+    [
+        ([5, 10, 15, 20], "linear", [5, 10, 15, 20]),
+        # Zero has no place on a logarithmic axis, and 1 and 2 no room beside it on this one.
+        ([0, 1, 2, 50, 100], "linear", [0, 50, 100]),
+        ([1, 1.6, 10, 100, 1000], "log", [1, 1.6, 10, 100, 1000]),
+        ([1, 1.2, 10, 100, 1000], "log", [1, 10, 100, 1000]),
+        ([0.5, 20.5, 40.5, 60.5], "linear", [0.5, 20.5, 40.5, 60.5]),
+        ([10, 3000], "log", [10, 3000]),
+        (list(range(20, 121)), "linear", list(range(20, 121, 6))),
+    ],
+)
+def test_ticks_have_room(values: list[float], kind: str, ticks: list[float]) -> None:
+    axis = swept_over(values)
+    assert axis["title"]["text"] == "Time-of-arrival error, ns"
+    assert axis["type"] == kind
+    assert axis["tickvals"].tolist() == ticks
+    assert axis["ticktext"] == [f"{tick:g}" for tick in ticks]
 
 
 @pytest.mark.parametrize("chart", [trials_error, trials_gain, trials_sweep], ids=lambda c: c.CHART.name)

@@ -195,9 +195,49 @@ def test_edition_is_of_no_use_here(read, warning):
     warning(report, "option_ignored")
 
 
-def test_two_rows_of_one_instant_cannot_both_have_a_doppler(read):
-    """Rows of two receivers complete each other; a second value of the same receiver is rejected with its reason."""
-    text = "time_s,doppler_1_hz,doppler_2_hz\n0,5,\n0,,6\n1,4,5\n1,4.5,\n2,3,4\n"
-    recording, report = read(text)
-    assert recording.time_s.tolist() == [0, 0, 1, 2]
-    assert [(r.row, r.code) for r in report.rejections] == [(4, "second_doppler")]
+TWICE = "time_s,doppler_1_hz,doppler_2_hz,azimuth_deg\n0,5,,359\n0,,6,\n1,4,5,\n1,4.5,,10\n1,5,9,12\n2,3,4,1\n"
+
+
+def test_rows_of_one_instant_become_one(read):
+    """Those of two receivers complete each other; a second value of the same receiver is rejected with its reason."""
+    recording, report = read(TWICE)
+    assert recording.time_s.tolist() == [0, 1, 2]
+    assert recording.row.tolist() == [1, 3, 6]
+    assert recording.doppler_hz[:, :, 0].tolist() == [[5, 6], [4, 5], [3, 4]]
+    assert np.degrees(recording.azimuth_rad[0, 0]) % 360 == pytest.approx(359)
+    assert np.isnan(recording.azimuth_rad[1, 0])
+    assert [(r.row, r.code) for r in report.rejections] == [
+        (2, "joined_row"),
+        (4, "second_doppler"),
+        (5, "second_doppler"),
+    ]
+    assert (report.rows_read, report.rows_accepted) == (6, 3)
+
+
+def test_dopplers_of_one_instant_are_averaged_on_request(read, warning):
+    recording, report = read(TWICE, equal_times="average")
+    assert recording.doppler_hz[:, :, 0].tolist() == [[5, 6], [4.5, 7], [3, 4]]
+    assert np.degrees(recording.azimuth_rad[1, 0]) == pytest.approx(11)
+    assert [(r.row, r.code) for r in report.rejections] == [
+        (2, "joined_row"),
+        (4, "averaged_row"),
+        (5, "averaged_row"),
+    ]
+    assert warning(report, "dopplers_averaged").count == 2
+    around = "time_s,doppler_1_hz,azimuth_deg\n0,5,359\n0,7,3\n"
+    assert np.degrees(read(around, equal_times="average")[0].azimuth_rad[0, 0]) == pytest.approx(1)
+
+
+def test_targets_have_instants_of_their_own(read):
+    recording, report = read("time_s,doppler_1_hz,doppler_2_hz,target\n0,5,6,A\n0,7,8,B\n1,5,6,A\n")
+    assert len(recording) == 3
+    assert report.rejections == ()
+
+
+def test_files_of_two_receivers_become_pairs(read):
+    one = "time_s,doppler_1_hz,doppler_2_hz\n0,5,\n1,4,\n2,3,\n"
+    other = "time_s,doppler_1_hz,doppler_2_hz\n1,,5\n2,,4\n3,,3\n"
+    recording, report = read(one, other)
+    assert recording.time_s.tolist() == [0, 1, 2, 3]
+    assert np.nan_to_num(recording.doppler_hz[:, :, 0]).tolist() == [[5, 0], [4, 5], [3, 4], [0, 3]]
+    assert [r.row for r in report.rejections] == [4, 5]

@@ -174,6 +174,10 @@ def test_a_track_that_ends_before_the_crossing_is_extrapolated() -> None:
     found = run(LINES, made().take(np.arange(12)))
     assert states(found)[-1] == "extrapolated"
     assert "crossed" not in states(found)
+    assert "ends_before_crossing" in notes(found)
+    for name in (LINES, ML, ANGLE):
+        assert "ends_before_crossing" in notes(run(name, made().take(np.arange(12)))), name
+        assert "ends_before_crossing" not in notes(run(name, made())), name
     assert states(run(LINES, made()))[-1] == "crossed"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from algorithms.recording import DopplerPairs
 from algorithms.registry import algorithms_by_name
 from algorithms.result import Result
 from algorithms.spec import LocalContext
+from algorithms.toolbox.sensors.doppler import doppler_hz
 
 LINES, ML = "forward_scatter_lines", "forward_scatter_ml"
 
@@ -41,6 +43,47 @@ def test_targets_one_after_another_are_passes_of_their_own(scenario: dict[str, A
     ends = found.arrays["theta"][[30, 61, 92, 123], 1, 0]
     assert ends == pytest.approx([12_000, 17_000, 22_000, 27_000], abs=2500)
     assert found.arrays["theta"][[30, 61, 92, 123], 0, 0] == pytest.approx(15 + interval * np.arange(4), abs=0.2)
+
+
+@pytest.mark.parametrize("period", [0.02, 0.005])
+def test_a_pass_ends_with_its_last_row_however_many_there_are(period: float) -> None:
+    """Medians across a cut differ most by chance a row beside it; the signs say where it is."""
+    rows = round(30 / period) + 1
+    for interval in (30 + period, 100.0):
+        recording = made(targets=5, target_interval_s=interval, period_s=period)
+        track = run(LINES, recording).arrays["track"][:, 0]
+        assert track.tolist() == np.repeat(np.arange(1, 6), rows).tolist()
+
+
+@pytest.mark.parametrize("scenario", [{}, {"missing_share": 0.1}, {"course_deg": 60.0}, {"course_deg": -110.0}])
+def test_magnitudes_are_cut_where_they_stop_rising(scenario: dict[str, Any]) -> None:
+    """Within a pass they fall to zero and rise; their jump up across zero cannot be seen."""
+    recording = made(targets=4, target_interval_s=40.0, distance_step_m=5_000.0, unsigned=True, **scenario)
+    found = run(ML, recording, unsigned=True, robust="consensus")
+    count = len(recording) // 4
+    track = found.arrays["track"][:, 0]
+    assert [np.bincount(part).argmax() for part in track.reshape(4, count)] == [1, 2, 3, 4]
+    assert track.max() == 4
+    ends = found.arrays["theta"][count - 1 :: count, 1, 0]
+    assert ends == pytest.approx(15_000 + 5_000 * np.arange(4), abs=2000)
+
+
+def test_targets_with_names_are_cut_each_by_itself() -> None:
+    """Two targets whose rows alternate."""
+    one = made(targets=2, target_interval_s=60.0)
+    order = np.argsort(np.r_[one.time_s, one.time_s + 0.5], kind="stable")
+    both = replace(
+        one.take(np.r_[np.arange(len(one)), np.arange(len(one))][order]),
+        time_s=np.r_[one.time_s, one.time_s + 0.5][order],
+        row=np.arange(1, 2 * len(one) + 1),
+        target=np.repeat([0, 1], len(one))[order],
+        targets=("A", "B"),
+    )
+    found = run(ML, both).arrays
+    alone = run(ML, one).arrays
+    assert found["track"][both.target == 0, 0].tolist() == alone["track"][:, 0].tolist()
+    assert found["track"][both.target == 1, 0].tolist() == (2 + alone["track"][:, 0]).tolist()
+    assert found["theta"][both.target == 0].tobytes() == alone["theta"].tobytes()
 
 
 def test_a_pass_alone_and_among_others_is_the_same() -> None:
@@ -111,3 +154,42 @@ def test_doppler_of_the_simulation_is_that_of_the_specification() -> None:
     f = recording.doppler_hz[:, :, 0]
     assert f[0] == pytest.approx([61.1612, 64.9325], abs=1e-4)
     assert f[30] == pytest.approx([-64.9325, -61.1612], abs=1e-4)
+
+
+def test_irregular_instants_are_irregular_and_the_same_in_all_trials() -> None:
+    regular, moved, again, other = (
+        simulate(PassParameters(jitter_share=j, timing_seed=t, targets=2), trials, 9)
+        for j, t, trials in ((0.0, 0, (0,)), (0.25, 0, (0,)), (0.25, 0, (7, 8)), (0.25, 1, (0,)))
+    )
+    assert np.diff(regular.time_s[:31]).tolist() == [1.0] * 30
+    steps = np.diff(moved.time_s[:31])
+    assert (steps > 0.49).all()
+    assert steps.std() > 0.1
+    assert moved.time_s.tolist() == again.time_s.tolist() != other.time_s.tolist()
+    # What is measured then is what the target does then.
+    exact = doppler_hz(
+        np.stack([np.full(31, 15_000.0), 200 * (moved.time_s[:31] - 15), np.zeros(31)], axis=1),
+        np.array([0.0, 200.0, 0.0]),
+        np.array([40_000.0, 0.0, 0.0]),
+        np.array([0.0, -150.0, 0.0]),
+        1.0,
+    )
+    assert moved.doppler_hz[:31, 0, 0] == pytest.approx(exact, abs=1.2)
+    legs = {leg.name: leg for leg in legs_of(PassParameters(jitter_share=0.25))}
+    assert {"t=16", "crossing", "end"} <= set(legs)
+    for leg in legs.values():
+        assert ((moved.time_s[:31] >= leg.start_s) & (moved.time_s[:31] <= leg.stop_s)).sum() == 1, leg
+
+
+@pytest.mark.parametrize("name", [LINES, ML, "forward_scatter_angle", "forward_scatter_kalman"])
+def test_irregular_instants_gaps_and_missing_receivers_cost_little(name: str) -> None:
+    recording = simulate(PassParameters(jitter_share=0.25, missing_share=0.2), tuple(range(64)), 9)
+    keep = np.r_[0:10, 13:31]
+    algorithm = algorithms_by_name()[name]
+    found = algorithm.run(recording.take(keep), algorithm.parameters(), LocalContext()).arrays
+    assert found["track"].max() == 1
+    # Twice what regular and complete Dopplers give at most.
+    assert np.sqrt(np.nanmean((found["theta"][-1, 1] - 15_000) ** 2)) < 1100
+    # One receiver alone sees its own line of sight crossed: 150 m earlier here.
+    crossed = 14.53 if name == "forward_scatter_angle" else 15.0
+    assert np.abs(found["theta"][-1, 0] - crossed).max() < 0.15

@@ -18,9 +18,9 @@ from algorithms.toolbox.monte_carlo.batches import BATCH
 from backend.db.runs import Entry
 from backend.jobs import trial_results, work
 from backend.jobs.gathering import gathered
+from backend.jobs.ledger import trials_block
 from backend.jobs.outcome import block_arrays
 from backend.jobs.plan import TrialsPlan, trials_plan
-from backend.jobs.work import TrialsBlock
 
 TRIALS = 2 * BATCH + 6
 CLAIM = Claim("1", "half of the first pulses are late", "0.5")
@@ -106,10 +106,7 @@ def blocks(plan: TrialsPlan, monkeypatch: pytest.MonkeyPatch) -> dict[int, Any]:
     monkeypatch.setattr(trial_results, "studies_by_name", lambda: {STUDY.name: STUDY})
     out = {}
     for position in range(plan.size):
-        cell, (first, stop) = plan.place_of(position)
-        variants = tuple((v.algorithm, v.parameters) for v in plan.variants)
-        block = TrialsBlock("t", "", plan.preset, cell.parameters, variants, 3, first, stop, plan.keep_every)
-        outcome = work.run_block(block, lambda _: None)
+        outcome = work.run_block(trials_block(plan, position, token="t", seed=3), lambda _: None)
         assert outcome.kind == "done", outcome.trace
         out[position] = block_arrays(outcome)
     return out

@@ -1,0 +1,169 @@
+"""Compiled parts of the multiple-model filter around its step: starting a track, judging a step, reporting it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from algorithms.multiple_model.states import (
+    NOT_NEAREST,
+    R_NONE,
+    R_NOT_NEAREST,
+    R_RATE,
+    R_RESTARTED,
+    R_STEPS,
+    R_UNUSUAL,
+    RESTARTED,
+    UNUSUAL,
+    UNUSUAL_NIS,
+)
+from algorithms.toolbox.filters.merging import copy_hypothesis
+from algorithms.toolbox.filters.multiple_model import combine, place, start_lane
+from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.sensors.position_rows import gradients, position_covariance
+
+
+@bare
+def start(row, lane, marks, setup, bank, track, state, now, rows):
+    """Start a track in one lane, at the measurement and with its covariance."""
+    covariance, position = now.small[0], now.small[1]
+    for a in range(3):
+        position[a] = marks.y[row, a, lane]
+        rows.at[a, lane] = position[a]
+    gradients(marks.kind[row], marks.axes[marks.sensor[row]], marks.origin[row], rows.at, rows.r)
+    position_covariance(rows.r, marks.sd[row], lane, covariance)
+    start_lane(bank, track, lane, position, covariance, setup.velocity_variance, setup.acceleration_variance)
+    track.boost[lane] = 1.0
+    state.memory[lane] = 0.0
+    state.live[lane] = 1
+    state.time[lane] = marks.time[row]
+    state.sensor[lane] = marks.sensor[row]
+    state.started[lane] += 1
+    state.number[lane] = state.started[lane]
+    now.fresh[lane] = 1.0
+    now.shown[lane] = 1
+
+
+@bare
+def _judge(track, now):
+    """Add up every model's numbers and take the least variance of each lane: what is not finite or negative shows."""
+    for lane in range(LANES):
+        now.total[lane] = 0.0
+        now.least[lane] = 1.0
+    for m in range(track.log.shape[0]):
+        for lane in range(LANES):
+            now.total[lane] += track.log[m, lane]
+        for i in range(9):
+            mean, variance = track.s[m, i], track.s[m, place(i, i)]
+            least = 0.0 if i % 3 == 0 else -1e-300
+            for lane in range(LANES):
+                now.total[lane] += mean[lane] + variance[lane]
+                # A position is never known exactly; an acceleration that a model pins is.
+                now.least[lane] = min(now.least[lane], 1.0 if variance[lane] > least else -1.0)
+
+
+@bare
+def finish(lanes, marks, setup, bank, track, state, work, now, report, rows):
+    """What became of the rows; lanes whose numbers lost their meaning start anew; the manoeuvre detector."""
+    models = track.log.shape[0]
+    again = 0
+    _judge(track, now)
+    for lane in range(lanes):
+        if now.go[lane] == 0.0:
+            continue
+        row = now.chosen[lane]
+        if now.least[lane] < 0.0 or not np.isfinite(now.total[lane]):
+            now.status[lane] = RESTARTED
+            now.reason[lane] = R_RESTARTED
+            now.go[lane] = 0.0
+            start(row, lane, marks, setup, bank, track, state, now, rows)
+            again += 1
+            continue
+        h = track.lead[lane] * (models + 1) if work.s.shape[0] > models else track.lead[lane]
+        nis = work.nis[h, lane]
+        report.nis[row, lane] = nis
+        dof = marks.dof[row]
+        if nis > UNUSUAL_NIS[dof - 1]:
+            now.status[lane] = UNUSUAL
+            if now.reason[lane] == R_NONE:
+                now.reason[lane] = R_UNUSUAL
+        elif now.reason[lane] == R_NONE and now.dt[lane] > setup.substep_above_s:
+            now.reason[lane] = R_STEPS
+        elif now.reason[lane] == R_NONE and now.dt[lane] > bank.rate_above_s:
+            now.reason[lane] = R_RATE
+        state.time[lane] = marks.time[row]
+        state.sensor[lane] = marks.sensor[row]
+        if setup.fade > 0.0:
+            state.memory[lane] = setup.fade * state.memory[lane] + (1.0 - setup.fade) * nis / dof
+            if state.memory[lane] > setup.boost_above:
+                track.boost[lane] = setup.boost
+            elif state.memory[lane] < setup.calm_below:
+                track.boost[lane] = 1.0
+    return again
+
+
+@bare
+def _put(values, first, lanes, now, out):
+    """Write rows of `values` (K, LANES), from the first on, into out (M, J, L): each shown lane into its own row."""
+    for i in range(out.shape[1]):
+        for lane in range(lanes):
+            if now.shown[lane] == 1:
+                out[now.chosen[lane], i, lane] = values[first + i, lane]
+
+
+@bare
+def _blend_predicted(lanes, models, work, now):
+    """Put predictions where the answer of a coasting lane stands. Of a pair of hypotheses the later model counts."""
+    pairs = work.s.shape[0] // models
+    for lane in range(lanes):
+        if now.go[lane] > 0.0 or now.fresh[lane] > 0.0:
+            continue
+        for i in range(54):
+            now.answer[i, lane] = now.predicted[i, lane]
+        for m in range(models):
+            share = 0.0
+            for h in range(m * pairs, (m + 1) * pairs):
+                share += now.weight[h, lane]
+            work.share[m, lane] = share
+
+
+@bare
+def write(k, stop, lanes, coasting, setup, bank, track, work, state, now, report):
+    """Report the group: the chosen row of each lane, and why the other rows were not."""
+    models = track.log.shape[0]
+    combine(bank, track, work, now.answer)
+    if bank.structure != 0 and setup.heights.shape[0] > 0:
+        copy_hypothesis(now.answer, track.common)
+    if coasting > 0:
+        _blend_predicted(lanes, models, work, now)
+    for lane in range(lanes):
+        row = now.chosen[lane]
+        for r in range(k, stop):
+            if r != row:
+                report.status[r, lane] = NOT_NEAREST if now.go[lane] > 0.0 else now.status[lane]
+                report.reason[r, lane] = R_NOT_NEAREST if now.go[lane] > 0.0 else now.reason[lane]
+        report.status[row, lane] = now.status[lane]
+        report.reason[row, lane] = now.reason[lane]
+        if now.shown[lane] == 1:
+            report.track[row, lane] = state.number[lane]
+    _put(now.answer, 0, lanes, now, report.state)
+    _put(work.share, 0, lanes, now, report.probability)
+    if report.model_state.shape[0] == 0:
+        for a in range(3):
+            for b in range(a + 1):
+                i, j = place(3 * a, 3 * b), a * (a + 1) // 2 + b
+                for lane in range(LANES):
+                    now.block[j, lane] = now.answer[i, lane]
+        _put(now.block, 0, lanes, now, report.covariance)
+        return
+    _put(now.answer, 9, lanes, now, report.covariance)
+    for m in range(models):
+        h = m * (models + 1) if work.s.shape[0] > models else m
+        for lane in range(lanes):
+            if now.shown[lane] == 0:
+                continue
+            row = now.chosen[lane]
+            coasts = now.go[lane] == 0.0 and now.fresh[lane] == 0.0
+            for i in range(9):
+                report.model_state[row, m, i, lane] = work.s[h, i, lane] if coasts else track.s[m, i, lane]
+            if now.go[lane] > 0.0:
+                report.likelihood[row, m, lane] = work.likelihood[h, lane]

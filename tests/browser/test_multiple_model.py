@@ -1,0 +1,84 @@
+"""Several motion models as a person sees them: the sample, a study, Russian on a telephone."""
+
+from __future__ import annotations
+
+import json
+import re
+import urllib.request
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.charts import drawn
+from tests.browser.conftest import Server, Visit
+from tests.browser.russian import english_left
+
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+
+LABELS = ("multiple_model", "mma2_122", "switched_kalman", "model_smoother")
+
+
+def ask(server: Server, path: str, body: Any = None) -> Any:
+    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"}
+    data = None if body is None else json.dumps(body).encode()
+    with urllib.request.urlopen(urllib.request.Request(f"{server.url}/api/v1/{path}", data, head)) as answer:
+        return json.load(answer)
+
+
+def sample_run(server: Server) -> str:
+    (run,) = (r for r in ask(server, "runs?tag=sample")["items"] if "before an antenna" in r["label"])
+    return str(run["id"])
+
+
+def test_the_sample_shows_models_and_the_manoeuvre(visit: Callable[..., Visit], server: Server) -> None:
+    run = sample_run(server)
+    visited = visit()
+    page = visited.open(f"#/runs/{run}")
+    models = drawn(page, "Probabilities of the models")
+    names = {t["name"] for t in models.traces(role="series")}
+    assert names == {
+        *(f"multiple_model, {m}" for m in ("cv_0.5", "gd_1", "ca_0.05", "ca_30")),
+        *(f"{label}, {m}" for label in ("mma2_122", "model_smoother") for m in ("cv_0.05", "ca_0.05", "ca_30")),
+    }
+    for title in ("Speed", "Absolute acceleration"):
+        chart = drawn(page, title)
+        assert {t["label"] for t in chart.traces(role="series")} == set(LABELS)
+        assert chart.traces(role="truth")
+    page.get_by_role("tab", name=re.compile("Decisions")).click()
+    expect(page.get_by_role("tabpanel")).to_contain_text("unusual")
+    visited.assert_clean()
+
+
+def test_a_study_shows_curves_with_the_bound_and_its_verdicts(visit: Callable[..., Visit], server: Server) -> None:
+    study = ask(server, "runs", {"study": "multiple_model_figures_1hz", "trials": 64})
+    visited = visit()
+    page = visited.open(f"#/runs/{study['id']}")
+    expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=180_000)
+    up = drawn(page, "Vertical error over trials")
+    assert len(up.traces(role="series")) == 6
+    assert [t["name"] for t in up.traces(role="bound")] == ["bound, manoeuvre known"]
+    for title in ("Vertical velocity error over trials", "Probabilities of the models over trials"):
+        drawn(page, title)
+    page.get_by_role("tab", name=re.compile("Claims")).click()
+    panel = page.get_by_role("tabpanel")
+    expect(panel.locator("tbody tr")).to_have_count(4)
+    expect(panel).to_contain_text("the scenario was selected for this")
+    visited.assert_clean()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_speaks_russian_and_fits_a_telephone(visit: Callable[..., Visit], server: Server, scheme: str) -> None:
+    run = sample_run(server)
+    visited = visit(locale="ru-RU", color_scheme=scheme, viewport={"width": 360, "height": 740})
+    page = visited.open(f"#/runs/{run}")
+    drawn(page, "Вероятности моделей")
+    names = (
+        *LABELS, "OBJECT", "sample_antenna", "Sample: ballistic arc and a manoeuvre before an antenna", "sample",
+        "cv_0.5", "gd_1", "ca_0.05", "ca_30", "cv_0.05", "antenna",
+    )  # fmt: skip
+    assert english_left(page, names) == []
+    overflow = page.evaluate("() => document.documentElement.scrollWidth - document.documentElement.clientWidth")
+    assert overflow <= 0
+    visited.assert_clean()

@@ -1,0 +1,144 @@
+"""What the charts of forward scatter show of real results."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms.forward_scatter.scenario_parameters import PassParameters
+from algorithms.forward_scatter.simulation import simulate
+from algorithms.recording import DopplerPairs
+from algorithms.registry import algorithms_by_name, scenarios_by_name
+from algorithms.result import Table
+from algorithms.spec import LocalContext
+from algorithms.toolbox.monte_carlo.running import DRAWN_TRIALS, Running
+from algorithms.toolbox.monte_carlo.sums import sums_of
+from backend.charts.catalogue import charts
+from backend.charts.view import ChartOptions, Entry, RunView
+from backend.files.store import json_array
+
+LINES, ML, ANGLE = (f"forward_scatter_{n}" for n in ("lines", "ml", "angle"))
+
+
+@cache
+def recording() -> DopplerPairs:
+    return simulate(PassParameters(targets=2, target_interval_s=60.0, distance_step_m=10_000.0), (0,), 4)
+
+
+@cache
+def entry(name: str, index: int, **parameters: Any) -> Entry:
+    algorithm = algorithms_by_name()[name]
+    result = algorithm.run(recording(), algorithm.parameters(**parameters), LocalContext())
+    tables = algorithm.tabulate(recording(), result)
+    return Entry(name, index, name, lambda table: tables.get(table, Table({})), lambda: result.arrays)
+
+
+def drawn(chart: str, *entries: Entry) -> list[dict[str, Any]]:
+    found = charts("run")[chart].draw(RunView(recording(), entries), ChartOptions(full=True))
+    return list(found["data"])
+
+
+def test_the_difference_and_the_angular_velocity_have_their_exact_ones() -> None:
+    traces = drawn("angular_velocity", entry(LINES, 0))
+    exact = {t.get("yaxis", "y"): np.asarray(t["y"]) for t in traces if t["meta"]["role"] == "truth"}
+    assert set(exact) == {"y", "y2"}
+    assert np.degrees(200 / 15_000) == pytest.approx(np.nanmax(exact["y"]), rel=1e-6)
+    at_crossings = exact["y2"][np.isfinite(exact["y2"])][[15, 46]]
+    assert at_crossings == pytest.approx([-300 * 200 / 15_000, -300 * 200 / 25_000], rel=1e-3)
+    own = next(t for t in traces if t["meta"]["role"] == "series" and t.get("yaxis") == "y2")
+    assert np.nanmean(own["y"]) == pytest.approx(np.nanmean(exact["y2"]), rel=0.15)
+
+
+def test_what_still_lies_ahead_is_hollow() -> None:
+    (curve,) = (
+        t for t in drawn("crossing", entry(LINES, 0)) if t["meta"]["role"] == "series" and t.get("yaxis", "y") == "y"
+    )
+    symbols = curve["marker"]["symbol"]
+    words = curve["hovertext"]
+    assert {w for w, s in zip(words, symbols, strict=True) if s.endswith("-open")} == {"extrapolated"}
+    assert {w for w, s in zip(words, symbols, strict=True) if not s.endswith("-open")} >= {"crossed"}
+
+
+def test_sensitivities_are_those_of_the_table() -> None:
+    """Of the last pass, at 25 km; one receiver has no second clock."""
+    by_entry = {t["name"]: dict(zip(t["y"], np.asarray(t["x"]).tolist(), strict=True)) for t in drawn(
+        "sensitivity", entry(LINES, 0), entry(ANGLE, 1)
+    )}  # fmt: skip
+    assert len(by_entry[LINES]) == 6
+    assert by_entry[LINES]["clock of the second receiver, 1 ms"] == pytest.approx(33, abs=8)
+    assert by_entry[LINES]["frequency of both, 0.1 Hz"] == pytest.approx(0, abs=3)
+    assert by_entry[LINES]["frequency of the second receiver, 0.1 Hz"] == pytest.approx(-750, abs=150)
+    assert len(by_entry[ANGLE]) == 3
+
+
+def test_the_map_of_the_bound() -> None:
+    curves = drawn("base_bound", entry(ML, 0))
+    assert len(curves) == 4
+    unknown = next(t for t in curves if t["name"] == "at the end, course unknown")
+    x, y = np.asarray(unknown["x"]), np.asarray(unknown["y"])
+    assert y[np.argmin(np.abs(x - 15))] == pytest.approx(249, abs=8)
+    assert y[np.argmin(np.abs(x - 30))] == pytest.approx(281, abs=8)
+    assert max(y[0], y[-1]) < 60, "it vanishes near both ends"
+
+
+@cache
+def trials(**scenario: Any) -> RunView:
+    """Statistics of 64 trials of two windows, as a run composes them."""
+    preset = scenarios_by_name()["forward_scatter_pass"]
+    conditions = preset.parameters(crossing_distance_m=30_000.0, **scenario)
+    recorded = preset.simulate(conditions, tuple(range(64)), 7)
+    entries = []
+    for i, window in enumerate((10, 31)):
+        algorithm = algorithms_by_name()[LINES]
+        assert algorithm.score is not None
+        running = Running(1)
+        for first in range(0, 64, 16):
+            part = preset.simulate(conditions, tuple(range(first, first + 16)), 7)
+            scores = algorithm.score(part, algorithm.parameters(window=window), LocalContext(7, first))
+            running.add([sums_of(scores, preset.legs(conditions))])
+        time = running.axes(0).time_s
+        columns: dict[str, Any] = {"time_s": time, "target": [None] * time.size, "trials": np.full(time.size, 64.0)}
+        tables = {"curves": Table(columns | running.curves(0))}
+        values = {f"trials/{n}": array[None] for n, array in running.sample_arrays(0).items()}
+        values |= {"trials/cells": json_array([{}])}
+        name = f"N = {window}"
+        entries.append(
+            Entry(name, i, LINES, lambda t, own=tables: own.get(t, Table({})), lambda held=values: held)  # type: ignore[misc]
+        )
+    return RunView(recorded.take(np.arange(len(recorded))), tuple(entries))
+
+
+def test_the_middle_of_the_errors_is_shown_where_moments_do_not_exist() -> None:
+    traces = charts("run")["trials_range"].draw(trials(), ChartOptions(full=True))["data"]
+    median, lost = (
+        next(t for t in traces if t["meta"]["role"] == "series" and t["meta"]["index"] == 0 and t["yaxis"] == y)
+        for y in ("y", "y2")
+    )
+    assert np.isfinite(np.asarray(median["y"])[1:]).all(), "from the second pair on"
+    share = np.asarray(lost["y"])
+    assert share[0] == 1
+    assert 0.03 < share[3] < 0.3, "13 % fall outside the base line at 3 s"
+    assert (share[8:] == 0).all()
+    band = next(t for t in traces if t["meta"]["role"] == "interval")
+    low, high = np.split(np.asarray(band["y"]), 2)[::-1]
+    at_end = (high[-1] - low[::-1][-1]) / 2
+    assert at_end == pytest.approx(677, rel=0.35), "one standard deviation to either side"
+
+
+def test_paths_of_single_trials_and_the_true_one() -> None:
+    traces = charts("run")["trials_paths"].draw(trials(), ChartOptions(full=True))["data"]
+    series = [t for t in traces if t["meta"]["role"] == "series"]
+    assert [t["name"] for t in series] == ["N = 10", "N = 31"]
+    (true,) = (t for t in traces if t["meta"]["role"] == "truth")
+    assert np.asarray(true["x"]) == pytest.approx(30.0)
+    assert np.asarray(true["y"])[[0, -1]] == pytest.approx([-3.0, 3.0])
+    # Five trials of 31 instants, with a gap behind each.
+    x, y = (np.asarray(series[0][c]).reshape(5, 32) for c in "xy")
+    assert np.isnan(x[:, -1]).all()
+    assert np.abs(x[:, 30] - 30).max() < 3
+    assert len({round(v, 6) for v in x[:, 30].tolist()}) == 5
+    assert np.abs(y[:, 30] - 3).max() < 0.5
+    assert len(trials().entries[0].arrays()["trials/place_along_m"][0, 0]) == DRAWN_TRIALS == 20
