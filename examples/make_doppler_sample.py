@@ -30,7 +30,7 @@ def main() -> None:
         course_deg=80.0,
         bearing_deg=60.0,
         targets=3,
-        target_interval_s=75.0,
+        target_interval_s=120.0,
         missing_share=1 / 12,
     )
     made = simulate(passes, (0,), SEED)

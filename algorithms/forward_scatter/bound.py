@@ -18,7 +18,7 @@ from algorithms.recording import DopplerPairs
 Floats = NDArray[np.float64]
 
 # The base line is cut into so many parts.
-PLACES = 40
+PLACES = 80
 
 
 def true_thetas(recording: DopplerPairs, conditions: Conditions) -> list[tuple[NDArray[np.int64], Floats]]:
@@ -81,14 +81,17 @@ def bounds_along_base(conditions: Conditions, time_s: Floats, theta: Floats) -> 
     places = conditions.a * np.arange(1, PLACES) / PLACES
     out = np.full((places.size, 4), np.nan)
     at = int(np.searchsorted(time_s, theta[0])), len(time_s) - 1
+    stops = min(at[0], at[1]) + 1, len(time_s)
     for i, s in enumerate(places):
         moved = theta.copy()
         moved[1] = s
         _, g = doppler_rows(time_s, moved, conditions.feet, conditions.wavelength, conditions.altitude)
-        measured = np.ones(g.shape[:2], np.bool_)
         for j, unknowns in enumerate((3, 4)):
-            bound = crossing_bound(g, measured, conditions.sigma, unknowns)[:, 1]
-            out[i, 2 * j : 2 * j + 2] = bound[[min(at[0], at[1]), at[1]]]
+            for k, stop in enumerate(stops):
+                # All rows as those of one instant: the bound after the last of them.
+                together = g[:, :stop].reshape(-1, 1, UNKNOWNS)
+                there = np.ones(together.shape[:2], np.bool_)
+                out[i, 2 * j + k] = crossing_bound(together, there, conditions.sigma, unknowns)[0, 1]
     return places, out
 
 

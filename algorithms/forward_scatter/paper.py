@@ -4,25 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from algorithms.forward_scatter.paper_variants import FALSE_VALUES, FOUR_DOPPLERS, ONE_RECEIVER
+from algorithms.forward_scatter.study_words import BOUND, FAMILY, LINES, MEAN, ML, PAPER, PRESET, RMS, SD, word_of
 from algorithms.spec import Reference
-from algorithms.studies import Claim, Study, StudyEntry, StudyRun, Verdict, Word
-
-PAPER = "scatter2014"
-FAMILY = "forward_scatter"
-PRESET = "forward_scatter_pass"
-RMS, SD, MEAN = (f"crossing_distance_{name}_m" for name in ("rms", "sd", "mean"))
-BOUND = "crossing_distance_bound_3_m"
-LINES, ML, ANGLE = (f"forward_scatter_{name}" for name in ("lines", "ml", "angle"))
+from algorithms.studies import Claim, Study, StudyEntry, StudyRun, Verdict
 
 _PAPER_AND_ALL = (
     StudyEntry(LINES, "paper"),
     StudyEntry(LINES, "all data", {"window": 31}),
     StudyEntry(ML, "likelihood"),
 )
-
-
-def _word(holds: bool, partly: bool) -> Word:
-    return "reproduced" if holds else "partly" if partly else "not"
 
 
 def _accuracy(figure: str) -> Claim:
@@ -46,7 +37,7 @@ def _judge_figure(figure: str, run: StudyRun) -> Sequence[Verdict]:
         _accuracy(figure),
         ratio,
         "times",
-        _word(ratio < 2.5, ratio < 4),
+        word_of(ratio < 2.5, ratio < 4),
         f"The rms error is {ratio:.1f} times the bound with the course known just after the crossing, {end:.1f} times "
         "it at the end.",
         at["paper"].low / bound,
@@ -58,7 +49,7 @@ def _judge_figure(figure: str, run: StudyRun) -> Sequence[Verdict]:
         _more_data(figure),
         100 * sd,
         "%",
-        _word(0.08 <= sd <= 0.22 and 0.08 <= rms <= 0.22, 0.05 <= sd <= 0.25),
+        word_of(0.08 <= sd <= 0.22 and 0.08 <= rms <= 0.22, 0.05 <= sd <= 0.25),
         f"The standard deviation falls by {100 * sd:.0f} %, the rms error, with its bias, by {100 * rms:.0f} %.",
     )
     four = run.metric("crossing_distance_bound_4_m", "likelihood", "t=16").value
@@ -111,7 +102,7 @@ def _judge_courses(run: StudyRun) -> Sequence[Verdict]:
         _COURSES,
         max(errors),
         "m",
-        _word(max(errors) < 2000 and far < 0.05, far < 0.2),
+        word_of(max(errors) < 2000 and far < 0.05, far < 0.2),
         f"The rms error at the crossing is between {min(errors):.0f} and {max(errors):.0f} m; {100 * far:.1f} % of the "
         "trials at most are lost.",
     )
@@ -120,7 +111,7 @@ def _judge_courses(run: StudyRun) -> Sequence[Verdict]:
         _LARGE_N,
         many / ten,
         "times",
-        _word(many > 1.3 * ten, many > ten),
+        word_of(many > 1.3 * ten, many > ten),
         f"At 60 degrees the bias at the crossing grows from {ten:.0f} to {many:.0f} m.",
     )
     chi2 = run.metric("chi2_per_dof", "course known", "end", course_deg=60).value
@@ -176,7 +167,7 @@ def _judge_formulas(run: StudyRun) -> Sequence[Verdict]:
         _SAME,
         spread[1],
         "times",
-        _word(spread[1] < 1.3, spread[0] < 2.2),
+        word_of(spread[1] < 1.3, spread[0] < 2.2),
         f"The largest error is {spread[0]:.1f} times the smallest just after the crossing, {spread[1]:.1f} times at "
         "the end: (17) depends on the origin of time.",
     )
@@ -228,7 +219,7 @@ def _judge_disturbances(run: StudyRun) -> Sequence[Verdict]:
         _PULL,
         before,
         "times",
-        _word(before > 1.5 > max(after, slow), before > 1.5 > after),
+        word_of(before > 1.5 > max(after, slow), before > 1.5 > after),
         f"With 1 m/s2 the error at 9 s is {before:.1f} times as large, at the end {after:.1f} times; with -1 m/s2 at "
         f"the end {slow:.1f} times.",
     )
@@ -239,7 +230,7 @@ def _judge_disturbances(run: StudyRun) -> Sequence[Verdict]:
         _ALTITUDE,
         bias,
         "m",
-        _word(abs(bias) < 250, abs(bias) < 500),
+        word_of(abs(bias) < 250, abs(bias) < 500),
         f"2 km shift the mean by {bias:.0f} m; the standard deviation is {change:.2f} times that of a flight in the "
         "plane.",
     )
@@ -263,108 +254,6 @@ DISTURBANCES = Study(
     seed=2014,
 )
 
-_REGRESSION = Claim("(20)", "the angular velocity from all azimuths through the crossing", "not treated")
-_ENDS = Claim("(20)", "azimuth over time, (20), is the more accurate the further the target is away", "best far away")
-SIGMAS_DEG = (0.1, 0.5, 1.0)
-
-
-def _judge_one_receiver(run: StudyRun) -> Sequence[Verdict]:
-    middle = {"sigma_azimuth_deg": 0.5}
-    ends, slope = (run.metric(RMS, label, "t=30", **middle) for label in ("ends", "slope"))
-    near = run.metric(RMS, "ends", "t=16", **middle).value
-    first = Verdict(
-        _ENDS,
-        slope.value / ends.value,
-        "times",
-        _word(slope.value > 1.5 * ends.value and near > ends.value, slope.value > ends.value),
-        f"At the end its error is {ends.value:.0f} m against {slope.value:.0f} m of the slope; near the crossing, "
-        f"where it is singular, the last value is held: {near:.0f} m.",
-    )
-    best = run.metric(RMS, "regression", "t=16", **middle).value
-    share = best / run.metric(BOUND, "regression", "t=16", **middle).value
-    errors = [run.metric(RMS, "regression", "t=16", sigma_azimuth_deg=s).value for s in SIGMAS_DEG]
-    second = Verdict(
-        _REGRESSION,
-        share,
-        "times",
-        "shown",
-        f"Its error just after the crossing is {share:.2f} times the bound with the course known, at 0.5 degrees; from "
-        f"0.1 to 1 degree it grows from {errors[0]:.0f} to {errors[-1]:.0f} m.",
-    )
-    return first, second
-
-
-ONE_RECEIVER = Study(
-    name="forward_scatter_one_receiver",
-    title="One receiver with azimuth",
-    summary="Three ways to the angular velocity with azimuth errors of 0.1 to 1 degree, at 15 km.",
-    family=FAMILY,
-    paper=Reference(PAPER, "eqs. (19), (20)"),
-    item="equations (19), (20)",
-    scenario=PRESET,
-    scenario_parameters={"one_receiver": True},
-    entries=tuple(StudyEntry(ANGLE, word, {"omega": word}) for word in ("slope", "ends", "regression")),
-    sweep={"scenario.sigma_azimuth_deg": SIGMAS_DEG},
-    claims=(_ENDS, _REGRESSION),
-    judge=_judge_one_receiver,
-    trials=1000,
-    seed=2014,
-)
-
-_FALSE_LINES = Claim("2", "least squares on false Dopplers", "not treated")
-_FALSE_ROBUST = Claim("2", "lines by consensus with three confirming windows on false Dopplers", "not treated")
-_FALSE_ML = Claim("2", "the robust likelihood on false Dopplers", "not treated")
-SHARES = (0.0, 0.05, 0.1, 0.2)
-
-
-def _judge_false(run: StudyRun) -> Sequence[Verdict]:
-    def median(label: str, share: float) -> float:
-        return run.metric("median_crossing_distance_m", label, "t=16", false_share=share).value
-
-    def lost(label: str, share: float) -> float:
-        return 100 * run.metric("crossing_distance_over_5km_share", label, "t=16", false_share=share).value
-
-    out = []
-    for claim, label in (
-        (_FALSE_LINES, "least squares"),
-        (_FALSE_ROBUST, "consensus"),
-        (_FALSE_ML, "robust likelihood"),
-    ):
-        out.append(
-            Verdict(
-                claim,
-                lost(label, 0.1),
-                "%",
-                "shown",
-                f"At 10 % false ones the median error is {median(label, 0.1):.0f} m against {median(label, 0):.0f} m "
-                f"without; {lost(label, 0.1):.0f} % of the trials are lost.",
-            )
-        )
-    return out
-
-
-FALSE_VALUES = Study(
-    name="forward_scatter_false_values",
-    title="False Dopplers",
-    summary="Up to one Doppler in five is anything within 100 Hz: least squares, Huber's lines, consensus, and the "
-    "likelihood plain and robust, just after the crossing at 15 km.",
-    family=FAMILY,
-    paper=Reference(PAPER, "sec. 4"),
-    item="section 4",
-    scenario=PRESET,
-    entries=(
-        StudyEntry(LINES, "least squares", {"passes": "one"}),
-        StudyEntry(LINES, "huber", {"passes": "one", "robust": "huber", "confirm": 3}),
-        StudyEntry(LINES, "consensus", {"passes": "one", "robust": "consensus", "confirm": 3}),
-        StudyEntry(ML, "plain likelihood", {"passes": "one"}),
-        StudyEntry(ML, "robust likelihood", {"passes": "one", "robust": "consensus"}),
-    ),
-    sweep={"scenario.false_share": SHARES},
-    claims=(_FALSE_LINES, _FALSE_ROBUST, _FALSE_ML),
-    judge=_judge_false,
-    seed=2014,
-)
-
 STUDIES = (
     _figure("2", 15),
     _figure("3", 30),
@@ -372,5 +261,6 @@ STUDIES = (
     FORMULAS,
     DISTURBANCES,
     ONE_RECEIVER,
+    FOUR_DOPPLERS,
     FALSE_VALUES,
 )

@@ -175,7 +175,10 @@ def bands_left_out(entry: Entry, found: Sequence[Series], low: str, high: str) -
 
 
 def leg_shapes(legs: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
-    """Shading and names of the scenario's legs, as layout properties."""
+    """Shading and names of the scenario's legs, as layout properties; those of one interval share their place."""
+    together: dict[tuple[float, float], list[str]] = {}
+    for name, start, stop in legs:
+        together.setdefault((start, stop), []).append(name)
     shapes = [
         {
             "type": "rect",
@@ -190,7 +193,7 @@ def leg_shapes(legs: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
             "opacity": 0.15 if i % 2 == 0 else 0.05,
             "layer": "below",
         }
-        for i, (_, start, stop) in enumerate(legs)
+        for i, (start, stop) in enumerate(together)
     ]
     names = [
         {
@@ -199,10 +202,10 @@ def leg_shapes(legs: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
             "xref": "x",
             "yref": "paper",
             "yanchor": "top",
-            "text": name,
+            "text": ", ".join(names_of),
             "showarrow": False,
             "font": {"size": 10, "color": theme.AXIS},
         }
-        for name, start, stop in legs
+        for (start, stop), names_of in together.items()
     ]
     return {"shapes": shapes, "annotations": names}

@@ -34,8 +34,8 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
   layout.paper_bgcolor = "rgba(0,0,0,0)";
   layout.plot_bgcolor = "rgba(0,0,0,0)";
   layout.font = { ...layout.font, color: colours.text, family: font, size: narrow ? 11 : 12 };
-  // The chips are the legend of the entries; only groups of measurements have one of their own.
-  layout.showlegend = data.some((trace) => trace.type === "bar");
+  // The chips are the legend of the entries; what belongs to none has one of its own.
+  layout.showlegend = data.some((trace) => trace.showlegend);
   layout.legend = { orientation: "h", x: 0, y: 1, xanchor: "left", yanchor: "bottom", font: { size: 11 }, traceorder: "normal" };
   layout.autosize = true;
   layout.uirevision = "kept";
@@ -57,7 +57,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
   if (layout.annotations) {
     layout.annotations = layout.annotations.map((/** @type {any} */ note) => ({
       ...note,
-      text: said(note.text ?? ""),
+      text: saidNames(note.text ?? ""),
       font: { ...note.font, color: colours.muted },
       // Names of intervals side by side have room only upright.
       ...(narrow && note.xref === "x" && note.yref === "paper" && note.y === 1 ? { textangle: -90, xanchor: "center" } : {}),
@@ -74,6 +74,15 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
 }
 
 /**
+ * Words of the server, or several names in a row.
+ * @param {string} text
+ */
+function saidNames(text) {
+  const whole = said(text);
+  return whole === text ? text.split(", ").map(said).join(", ") : whole;
+}
+
+/**
  * @param {Trace} trace
  * @param {{colours: Colours, dark: boolean, hidden: Set<string>}} look
  * @returns {Trace}
@@ -86,7 +95,7 @@ function dressTrace(trace, { colours, dark, hidden }) {
   if (trace.colorbar?.title?.text) copy.colorbar = { ...trace.colorbar, title: { ...trace.colorbar.title, text: said(trace.colorbar.title.text) } };
   const role = trace.meta?.role;
   const token = role ? /** @type {Record<string, keyof Colours>} */ (THEMED)[role] : undefined;
-  copy.showlegend = trace.type === "bar";
+  copy.showlegend = trace.type === "bar" ? trace.name !== trace.meta?.label : role === "series" && Boolean(trace.name) && !trace.meta?.label && trace.showlegend !== false;
   if (trace.type === "heatmap" || trace.type === "bar") {
     if (dark && copy.colorscale) copy.colorscale = copy.colorscale.map((/** @type {[number, string]} */ [at, colour]) => [at, onDark(colour)]);
     if (dark && typeof copy.marker?.color === "string") copy.marker = { ...copy.marker, color: onDark(copy.marker.color) };

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-from playwright.sync_api import Locator, Page
+from playwright.sync_api import Error, Locator, Page
 
 _READ = """(panel) => {
   const gd = panel.querySelector('.plot');
@@ -59,9 +59,16 @@ def panel_of(page: Page, heading: str) -> Locator:
 def drawn(page: Page, heading: str) -> Drawn:
     """Wait until a chart is drawn and read it."""
     panel = panel_of(page, heading)
-    panel.scroll_into_view_if_needed()
-    page.locator("chart-panel[data-drawn]").filter(has=page.get_by_role("heading", name=heading)).wait_for()
     deadline = time.monotonic() + 45
+    while True:
+        try:
+            panel.scroll_into_view_if_needed()
+            break
+        except Error as error:
+            # When a run ends the page puts new panels in the place of those of its parts.
+            if "not attached" not in str(error) or time.monotonic() > deadline:
+                raise
+    page.locator("chart-panel[data-drawn]").filter(has=page.get_by_role("heading", name=heading)).wait_for()
     while (values := panel.evaluate(_READ)) is None:
         assert time.monotonic() < deadline, f"{heading} is not drawn"
         page.wait_for_timeout(50)

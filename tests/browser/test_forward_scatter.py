@@ -49,6 +49,8 @@ def test_the_sample_shows_three_passes(visit: Callable[..., Visit], server: Serv
     }
     assert drawn(page, "Azimuth from the base line").traces(role="measurement")
     assert len(drawn(page, "What calibration errors cost").traces(role="series")) == 3
+    difference = drawn(page, "Angular velocity")
+    assert len(difference.traces(role="truth")) == 2
     assert len(drawn(page, "Bound along the base line").traces(role="series")) == 4
     page.get_by_role("tab", name=re.compile("Decisions")).click()
     expect(page.get_by_role("tabpanel")).to_contain_text("crossing time of this receiver is kept")
@@ -77,7 +79,14 @@ def test_trials_show_both_bounds_and_a_study_its_verdicts(visit: Callable[..., V
     expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=180_000)
     errors = drawn(page, "Error of the crossing distance over trials")
     assert {t["name"] for t in errors.traces(role="bound")} == {"bound, course unknown", "bound, course known"}
-    assert {t["label"] for t in errors.traces(role="series")} == {"paper", "all data", "likelihood"}
+    labels = {"paper", "all data", "likelihood"}
+    assert {t["label"] for t in errors.traces(role="series")} == labels
+    middle = drawn(page, "Middle of the errors over trials")
+    assert {t["label"] for t in middle.traces(role="interval")} == labels
+    assert len(middle.traces(role="series", label="paper")) == 2, "errors, and trials without an answer"
+    paths = drawn(page, "Paths of single trials")
+    assert {t["label"]: t["points"] for t in paths.traces(role="series")} == dict.fromkeys(labels, 5 * 32)
+    assert len(paths.traces(role="truth")) == 1
     page.get_by_role("tab", name=re.compile("Claims")).click()
     panel = page.get_by_role("tabpanel")
     expect(panel).to_contain_text("the accuracy is sufficient and comparable with the potential one")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from backend.charts import theme
@@ -18,9 +16,6 @@ CURVES = (
     ("crossing_known_m", "at the crossing, course known", "dot", 0),
     ("end_known_m", "at the end, course known", "dot", 1),
 )
-
-# Where on its curve each name stands, as a share of the base line: where the curves are apart.
-NAMES_AT = (0.5, 0.5, 0.02, 0.97)
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -59,24 +54,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         notes=notes,
         xaxis=axis("Distance from the receivers, km"),
         yaxis=log_axis("Standard deviation of the distance, m", traces),
-        annotations=[_name_of(t, i) for i, t in enumerate(traces)],
     )
-
-
-def _name_of(curve: Trace, place: int) -> dict[str, Any]:
-    """The curve's name beside it, each at another place; the axis is logarithmic."""
-    x, y = np.asarray(curve["x"], float), np.asarray(curve["y"], float)
-    known = np.flatnonzero(np.isfinite(y))
-    at = known[int(NAMES_AT[place] * (known.size - 1))]
-    return {
-        "x": float(x[at]),
-        "y": float(np.log10(y[at])),
-        "text": curve["name"],
-        "showarrow": False,
-        "xanchor": ("center", "center", "left", "right")[place],
-        "yanchor": ("bottom", "top", "middle", "middle")[place],
-        "font": {"size": 11, "color": theme.AXIS},
-    }
 
 
 CHART = Chart(name="base_bound", title=TITLE, source="run", needs=("base_bounds",), draw=draw, kinds=("doppler_pairs",))

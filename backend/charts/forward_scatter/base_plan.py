@@ -178,7 +178,12 @@ def _terminals(local: Floats, count: int, names: list[str]) -> list[Trace]:
                 "symbol": ["triangle-up"] * count + ["square"] * (len(local) - count),
             },
             text=names,
-            textposition="top center",
+            # Two that stand side by side have their names on either side.
+            textposition=[
+                "bottom center" if y < local[group, 1].max() else "top center"
+                for group in (slice(0, count), slice(count, None))
+                for y in local[group, 1]
+            ],
             hovertemplate="<b>%{text}</b><br>x %{x:.3f} km, y %{y:.3f} km<extra></extra>",
         ),
     ]

@@ -51,13 +51,16 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         )
     if not traces:
         return not_applicable(TITLE, "no_sensitivities")
-    text = "At the end of the last pass, as it was estimated. One pass cannot tell these errors from the target."
+    text = (
+        "Error of the crossing distance at the end of the last pass, as it was estimated. One pass cannot tell these "
+        "errors from the target."
+    )
     return figure(
         TITLE,
         traces,
         recording=view.recording,
         notes=[ChartNote("sensitivity", text)],
-        xaxis=axis("Error of the crossing distance, m", zeroline=True, zerolinecolor=theme.AXIS),
+        xaxis=axis("Error, m", zeroline=True, zerolinecolor=theme.AXIS),
         yaxis=axis("Calibration error", autorange="reversed"),
         barmode="group",
     )

@@ -22,6 +22,8 @@ BOUNDS = (
     ("crossing_distance_bound_3_m", "course known", "dash"),
 )
 FIRST_S = 6.0
+# Of more series than these only the rms error is drawn: three curves of each could not be told apart.
+MOST_SERIES = 4
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -35,7 +37,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         low, high = (_settled(series, f"crossing_distance_rms_m_{end}") for end in ("low", "high"))
         traces += band(series, low, high)
     for series in found:
-        for column, word, look in WORDS:
+        for column, word, look in WORDS if len(found) <= MOST_SERIES else WORDS[:1]:
             values = np.abs(_settled(series, column))
             if np.isfinite(values).any():
                 traces.append(line(series, f"{series.name}, {word}", values, options, picked, "%{y:,.3~r} m", **look))

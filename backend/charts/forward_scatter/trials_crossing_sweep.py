@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from backend.charts import theme
-from backend.charts.columns import Floats, numbers, words
+from algorithms.result import Table
+from backend.charts.columns import numbers, words
 from backend.charts.figure import ChartNote, Trace, axis, figure, log_axis, not_applicable, trace
 from backend.charts.swept import title_of
+from backend.charts.trial_curves import line_of_variant
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView, swept_columns
 
 TITLE = "Crossing distance against the swept value"
 METRIC = "crossing_distance_rms_m"
-SEGMENTS = (("crossing", "solid"), ("end", "dash"))
+SEGMENTS = (("crossing", "solid", "circle"), ("end", "dash", "circle-open"))
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -25,8 +26,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         if not len(table) or not swept:
             continue
         first = first or swept[0]
-        traces += _lines(entry, words(table, "metric"), words(table, "segment"), numbers(table, swept[0]),
-                         *(numbers(table, n) for n in ("value", "ci95_low", "ci95_high")))  # fmt: skip
+        traces += _lines(entry, table, swept)
     if not traces:
         return not_applicable(TITLE, "no_sweep")
     return figure(
@@ -41,37 +41,49 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     )
 
 
-def _lines(
-    entry: Entry, metric: np.ndarray, segment: np.ndarray, x: Floats, value: Floats, low: Floats, high: Floats
-) -> list[Trace]:
+def _lines(entry: Entry, table: Table, swept: list[str]) -> list[Trace]:
+    """One line for each segment and combination of the other swept values, against the first one."""
+    metric, segment = words(table, "metric"), words(table, "segment")
+    x, value, low, high = (numbers(table, n) for n in (swept[0], "value", "ci95_low", "ci95_high"))
+    others = list(zip(*(_words(table, name) for name in swept[1:]), strict=True)) if swept[1:] else [()] * len(table)
+    wanted = (metric == METRIC) & np.isfinite(x) & np.isfinite(value)
+    different = list(dict.fromkeys(others[i] for i in np.flatnonzero(wanted)))
     out: list[Trace] = []
-    for name, dash in SEGMENTS:
-        own = np.flatnonzero((metric == METRIC) & (segment == name) & np.isfinite(x) & np.isfinite(value))
-        own = own[np.argsort(x[own], kind="stable")]
-        if not own.size:
-            continue
-        color = theme.series_color(entry.index)
-        out.append(
-            trace(
-                "series",
-                x[own],
-                value[own],
-                entry=entry,
-                name=f"{entry.label}, {name}",
-                mode="lines+markers",
-                line={"color": color, "dash": dash, "width": 1.5},
-                marker={"color": color, "size": 6},
-                error_y={
-                    "type": "data",
-                    "array": np.nan_to_num(high[own] - value[own]),
-                    "arrayminus": np.nan_to_num(value[own] - low[own]),
-                    "color": color,
-                    "thickness": 1,
-                },
-                hovertemplate=f"<b>{entry.label}, {name}</b><br>%{{y:,.3~r}} m<br>%{{x}}<extra></extra>",
+    for k, same in enumerate(different):
+        named = "".join(f", {n.rpartition('.')[2]} = {v}" for n, v in zip(swept[1:], same, strict=True))
+        look = line_of_variant(entry, k, len(different))
+        for name, dash, symbol in SEGMENTS:
+            own = np.array([i for i in np.flatnonzero(wanted & (segment == name)) if others[i] == same], np.int64)
+            own = own[np.argsort(x[own], kind="stable")]
+            if not own.size:
+                continue
+            out.append(
+                trace(
+                    "series",
+                    x[own],
+                    value[own],
+                    entry=entry,
+                    name=f"{entry.label}{named}, {name}",
+                    mode="lines+markers",
+                    line=look | {"dash": dash},
+                    marker={"color": look["color"], "size": 6, "symbol": symbol},
+                    error_y={
+                        "type": "data",
+                        "array": np.nan_to_num(high[own] - value[own]),
+                        "arrayminus": np.nan_to_num(value[own] - low[own]),
+                        "color": look["color"],
+                        "thickness": 1,
+                    },
+                    hovertemplate=f"<b>{entry.label}{named}, {name}</b><br>%{{y:,.3~r}} m<br>%{{x}}<extra></extra>",
+                )
             )
-        )
     return out
+
+
+def _words(table: Table, name: str) -> list[str]:
+    """A swept column as words; numbers short."""
+    column = table.columns[name]
+    return [f"{v:g}" for v in column] if isinstance(column, np.ndarray) else [v or "" for v in column]
 
 
 CHART = Chart(

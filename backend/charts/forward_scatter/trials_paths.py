@@ -14,8 +14,12 @@ from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "Paths of single trials"
 TRIALS = 5
-# The first view leaves out this share of the wildest places on each side: the first answers of a pass.
-OUTSIDE = 3
+# So many paths can be told apart; of more entries and swept values fewer trials are drawn.
+MOST_PATHS = 20
+# The first answers of a pass jump by kilometres.
+FIRST_S = 6.0
+# The first view leaves out this share of the wildest places on each side.
+OUTSIDE = 2
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -23,45 +27,47 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     traces: list[Trace] = []
     true: dict[str, Trace] = {}
     shown: list[NDArray[np.float64]] = []
-    most = 0
-    for entry in view.entries:
-        for words, variant, variants, paths, path in _cells(entry):
-            trials = min(TRIALS, paths.shape[2])
-            most = max(most, trials)
-            own = paths[:, :, :trials]
-            shown.append(own.reshape(2, -1))
-            # One line for all trials of a cell, broken between them.
-            gap = np.full((2, 1, trials), np.nan)
-            along, across = np.concatenate([own, gap], axis=1).transpose(0, 2, 1).reshape(2, -1)
-            name = f"{entry.label}{words}"
-            traces.append(
-                trace(
-                    "series",
-                    along,
-                    options.number(across),
-                    entry=entry,
-                    name=name,
-                    mode="lines",
-                    line=line_of_variant(entry, variant, variants) | {"width": 1},
-                    hovertemplate=f"<b>{name}</b><br>x %{{x:.3f}} km, y %{{y:.3f}} km<extra></extra>",
-                )
+    found = [(entry, cell) for entry in view.entries for cell in _cells(entry)]
+    most = min(TRIALS, max(MOST_PATHS // max(len(found), 1), 1))
+    for entry, (words, variant, variants, paths, path) in found:
+        trials = min(most, paths.shape[2])
+        own = paths[:, :, :trials]
+        shown.append(own.reshape(2, -1))
+        # One line for all trials of a cell, broken between them.
+        gap = np.full((2, 1, trials), np.nan)
+        along, across = np.concatenate([own, gap], axis=1).transpose(0, 2, 1).reshape(2, -1)
+        name = f"{entry.label}{words}"
+        traces.append(
+            trace(
+                "series",
+                along,
+                options.number(across),
+                entry=entry,
+                name=name,
+                mode="lines",
+                line=line_of_variant(entry, variant, variants) | {"width": 1},
+                hovertemplate=f"<b>{name}</b><br>x %{{x:.3f}} km, y %{{y:.3f}} km<extra></extra>",
             )
-            if path is not None and words not in true:
-                true[words] = trace(
-                    "truth",
-                    path[0],
-                    path[1],
-                    name=f"true path{words}",
-                    showlegend=not true,
-                    mode="lines",
-                    line={"color": theme.TRUTH, "width": 1.5, "dash": "dash"},
-                    hovertemplate=f"<b>true path{words}</b><br>x %{{x:.3f}} km, y %{{y:.3f}} km<extra></extra>",
-                )
+        )
+        if path is not None and words not in true:
+            true[words] = trace(
+                "truth",
+                path[0],
+                path[1],
+                name=f"true path{words}",
+                showlegend=not true,
+                mode="lines",
+                line={"color": theme.TRUTH, "width": 1.5, "dash": "dash"},
+                hovertemplate=f"<b>true path{words}</b><br>x %{{x:.3f}} km, y %{{y:.3f}} km<extra></extra>",
+            )
     if not traces:
         return not_applicable(TITLE, "no_single_trials")
     together = np.concatenate([*shown, *(np.stack([t["x"], t["y"]]) for t in true.values())], axis=1)
     ranges = [np.nanpercentile(values, [OUTSIDE, 100 - OUTSIDE]) for values in together]
-    text = f"The first {counted(most, 'trial')} of each; the scale across the base line is larger than along it."
+    text = (
+        f"The first {counted(most, 'trial')} of each, from {FIRST_S:g} s after the first instant on; the scale across "
+        "the base line is larger than along it."
+    )
     return figure(
         TITLE,
         [*traces, *true.values()],
@@ -97,6 +103,9 @@ def _cells(
         if not {"place_along_m", "place_across_m"} <= set(found) or not found["place_along_m"].size:
             continue
         paths = np.stack([found["place_along_m"], found["place_across_m"]])
+        time = np.asarray(arrays.get(f"trials/kept_time_s/{i}", arrays.get("trials/kept_time_s", [])), np.float64)
+        if time.size == paths.shape[1] and np.ptp(time) > FIRST_S:
+            paths = np.where((time >= time[0] + FIRST_S)[None, :, None], paths, np.nan)
         true = None
         if "true_place_along_m" in found:
             true = np.stack([found["true_place_along_m"][:, 0], found["true_place_across_m"][:, 0]])

@@ -10,8 +10,8 @@ import numpy as np
 
 from backend.charts import theme
 from backend.charts.decimate import Picked, curve
-from backend.charts.figure import ChartNote, Trace, counted, figure, not_applicable, time_axis, trace
-from backend.charts.forward_scatter.panels import axis_number, stacked_axes
+from backend.charts.figure import ChartNote, Trace, axis, counted, figure, not_applicable, time_axis, trace
+from backend.charts.forward_scatter.panels import axis_number
 from backend.charts.trial_curves import Series, series_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
@@ -20,6 +20,8 @@ NAME = "crossing_distance_error_m"
 LOW, MIDDLE, HIGH = (f"{q}_{NAME}" for q in ("p16", "median", "p84"))
 # The first view holds this share of the ends of the bands: the first instants can be wild.
 VIEW = 92
+# Shares of the height: errors, and trials without an answer.
+UPPER, LOWER = 0.7, 0.22
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -35,15 +37,16 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces.append(_curve(series, MIDDLE, 1.0, "y", "%{y:,.3~r} m", options, picked))
     below = f"y{axis_number(1)}"
     for series in found:
-        lost = _curve(series, "answered_share", 1.0, below, "%{y:.1%} without an answer", options, picked)
-        traces.append(lost | {"y": 1 - np.asarray(lost["y"]), "showlegend": False})
+        lost = _curve(series, "answered_share", 100.0, below, "%{y:.1f} % without an answer", options, picked)
+        traces.append(lost | {"y": 100 - np.asarray(lost["y"]), "showlegend": False})
     ends = np.concatenate([np.abs(s.numbers(c)) for s in found for c in (LOW, HIGH)])
-    axes = stacked_axes(["Error of the crossing distance, m", "Share without an answer"])
     reach = 1.1 * float(np.nanpercentile(ends, VIEW)) + 1e-6
-    axes["yaxis"]["range"] = [-reach, reach]
-    axes["yaxis2"]["rangemode"] = "tozero"
+    axes = {
+        "yaxis": axis("Error, m", domain=[1 - UPPER, 1], range=[-reach, reach]),
+        f"yaxis{axis_number(1)}": axis("Lost, %", domain=[0, LOWER], rangemode="tozero"),
+    }
     trials = counted(min(s.trials for s in found), "trial")
-    text = f"Over {trials}: lines are medians, bands hold the middle 68 %; trials without an answer are not among them."
+    text = f"Over {trials}: lines are medians, bands hold the middle 68 % of the answers; below, trials without one."
     return figure(
         TITLE,
         traces,

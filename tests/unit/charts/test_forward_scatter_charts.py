@@ -103,7 +103,7 @@ def trials(**scenario: Any) -> RunView:
         columns: dict[str, Any] = {"time_s": time, "target": [None] * time.size, "trials": np.full(time.size, 64.0)}
         tables = {"curves": Table(columns | running.curves(0))}
         values = {f"trials/{n}": array[None] for n, array in running.sample_arrays(0).items()}
-        values |= {"trials/cells": json_array([{}])}
+        values |= {"trials/cells": json_array([{}]), "trials/kept_time_s": time}
         name = f"N = {window}"
         entries.append(
             Entry(name, i, LINES, lambda t, own=tables: own.get(t, Table({})), lambda held=values: held)  # type: ignore[misc]
@@ -119,8 +119,8 @@ def test_the_middle_of_the_errors_is_shown_where_moments_do_not_exist() -> None:
     )
     assert np.isfinite(np.asarray(median["y"])[1:]).all(), "from the second pair on"
     share = np.asarray(lost["y"])
-    assert share[0] == 1
-    assert 0.03 < share[3] < 0.3, "13 % fall outside the base line at 3 s"
+    assert share[0] == 100
+    assert 3 < share[3] < 30, "13 % fall outside the base line at 3 s"
     assert (share[8:] == 0).all()
     band = next(t for t in traces if t["meta"]["role"] == "interval")
     low, high = np.split(np.asarray(band["y"]), 2)[::-1]
@@ -139,6 +139,29 @@ def test_paths_of_single_trials_and_the_true_one() -> None:
     x, y = (np.asarray(series[0][c]).reshape(5, 32) for c in "xy")
     assert np.isnan(x[:, -1]).all()
     assert np.abs(x[:, 30] - 30).max() < 3
+    assert np.isnan(x[:, :6]).all(), "before, they jump by kilometres"
     assert len({round(v, 6) for v in x[:, 30].tolist()}) == 5
     assert np.abs(y[:, 30] - 3).max() < 0.5
     assert len(trials().entries[0].arrays()["trials/place_along_m"][0, 0]) == DRAWN_TRIALS == 20
+
+
+def test_a_second_swept_value_has_lines_of_its_own() -> None:
+    rows = [(sigma, s, segment) for sigma in (0.1, 0.5, 1.0) for s in (15e3, 30e3) for segment in ("crossing", "end")]
+    sigma, distance, segment = (list(column) for column in zip(*rows, strict=True))
+    value = np.array([100 * a * (b / 15e3) * (2 if c == "end" else 1) for a, b, c in rows])
+    table = Table(
+        {
+            "metric": ["crossing_distance_rms_m"] * len(rows),
+            "segment": segment,
+            "target": [None] * len(rows),
+            "scenario.sigma_azimuth_deg": np.array(sigma),
+            "scenario.crossing_distance_m": np.array(distance),
+            "value": value,
+            "ci95_low": 0.9 * value,
+            "ci95_high": 1.1 * value,
+        }
+    )
+    one = Entry("a", 0, ANGLE, lambda name: table if name == "metrics" else Table({}), dict)
+    found = {t["name"]: (list(t["x"]), list(t["y"])) for t in drawn("trials_crossing_sweep", one)}
+    assert set(found) == {f"a, crossing_distance_m = {s}, {e}" for s in ("15000", "30000") for e in ("crossing", "end")}
+    assert found["a, crossing_distance_m = 30000, end"] == ([0.1, 0.5, 1.0], pytest.approx([40.0, 200.0, 400.0]))
