@@ -102,7 +102,6 @@ ALGORITHM = Algorithm(
         "trials_roc",
         "trials_tradeoff",
         "trials_reliability",
-        "trials_consistency",
     ),
     references=(
         Reference("prosov2008", "table 1"),

@@ -224,7 +224,6 @@ ALGORITHM = Algorithm(
         "trials_statistic",
         "trials_quantiles",
         "trials_tradeoff",
-        "trials_consistency",
     ),
     references=(Reference("prosov2008"), Reference("barshalom2001", "section 1.4"), Reference("crouse2016")),
     run=run,

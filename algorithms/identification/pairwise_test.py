@@ -111,7 +111,6 @@ ALGORITHM = Algorithm(
         "trials_quantiles",
         "trials_roc",
         "trials_tradeoff",
-        "trials_consistency",
     ),
     references=(Reference("prosov2008", "table 1"), Reference("lerro1993"), Reference("longbin1998")),
     run=run,

@@ -223,7 +223,7 @@ def score(recording: PolarPlots, parameters: TrackAssociationParameters, context
             time.append(float(now))
             target.append(t)
     empty = np.empty((0, plots.lanes))
-    got = {n: np.stack(parts[n]) if n in parts else empty for n in (*_NAMES, "same", "other")}
+    got = {n: np.stack(parts[n]) if n in parts else empty for n in (*_NAMES, "same", "other", "stated", "stated_right")}
     both = got["both"]
     return Scores(
         (
@@ -240,6 +240,8 @@ def score(recording: PolarPlots, parameters: TrackAssociationParameters, context
         (
             Sample("statistic_same", "1", got["same"].astype(np.float32)),
             Sample("statistic_other", "1", got["other"].astype(np.float32)),
+            Sample("stated_probability", "1", got["stated"].astype(np.float32)),
+            Sample("stated_right", "1", got["stated_right"].astype(np.float32)),
         ),
         np.array(time),
         np.array(target, np.int64),
@@ -278,6 +280,7 @@ def _counted(statistic: Floats, decided: DecidedTracks, i: int, right: int, thre
     same = statistic[i, right]
     both = np.isfinite(same)
     partner = decided.partner[0][i]
+    stated = both & (decided.best[i] >= 0)
     others = np.delete(statistic[i], right, axis=0)
     nearest = np.where(np.isfinite(others), others, np.inf).min(axis=0) if len(others) else np.full(same.shape, np.inf)
     out = {
@@ -290,6 +293,8 @@ def _counted(statistic: Floats, decided: DecidedTracks, i: int, right: int, thre
         "statistic": np.where(both, same, 0.0),
         "same": same,
         "other": np.where(both & np.isfinite(nearest), nearest, np.nan),
+        "stated": np.where(stated, _pick(decided.pairs[i], decided.best[i]), np.nan),
+        "stated_right": np.where(stated, decided.best[i] == right, np.nan),
     }
     return {name: np.asarray(values, float) for name, values in out.items()}
 
@@ -317,6 +322,7 @@ ALGORITHM = Algorithm(
         "trials_quantiles",
         "trials_roc",
         "trials_tradeoff",
+        "trials_reliability",
         "trials_consistency",
     ),
     references=(

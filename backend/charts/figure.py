@@ -10,7 +10,8 @@ Conventions the page relies on:
 * points that stand for marks carry the recording's row number in `customdata` (-1 = none), and, where x is not
   time, the time in seconds in `text`;
 * `layout.meta` holds `notes` (what the reader must know: `code`, `text`, `label`), `decimated` (`shown`, `of`),
-  `not_applicable` (a code, with `detail` in words; the figure then has no traces) and `start_utc`.
+  `not_applicable` (a code, with `detail` in words; the figure then has no traces), `start_utc` and `legend` (true
+  where the curves need names).
 """
 
 from __future__ import annotations
@@ -220,10 +221,17 @@ def figure(
     recording: Recording | None,
     picked: Sequence[Picked] = (),
     notes: Sequence[ChartNote] = (),
+    legend: bool = False,
     **layout: Any,
 ) -> Figure:
-    """Put a chart together: traces, axes (`xaxis=...`, `yaxis=...`) and what must be said about them."""
+    """Put a chart together: traces, axes (`xaxis=...`, `yaxis=...`) and what must be said about them.
+
+    The page has a legend of its own for the entries; `legend` asks it for one of the curves too, where a chart has
+    curves that belong to no entry.
+    """
     about: dict[str, Any] = {"notes": [note.to_json() for note in notes]}
+    if legend:
+        about["legend"] = True
     if recording is not None and recording.start_utc is not None:
         about["start_utc"] = recording.start_utc
     heading: dict[str, Any] = {"text": title, "x": 0, "xref": "paper", "xanchor": "left", "font": {"size": 15}}

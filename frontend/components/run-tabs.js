@@ -19,11 +19,11 @@ import { copyText } from "./toast-area.js";
 /** @import { Row } from "../js/tables.js" */
 /** @import { Column, DataTable } from "./data-table.js" */
 
-// Smaller is better for these; a larger share of answers is better.
-const SMALLER = /^(rms|median|p\d+|max)_|_share$/;
-const LARGER = new Set(["answered_share"]);
+// Smaller is better for these; more answers and more right ones are better. How many plots have a partner is no merit.
+const SMALLER = /^((rms|median|p\d+|max)_.*|(?!accepted_)\w+_share|probability_wrong|false_rejection)$/;
+const LARGER = new Set(["answered_share", "probability_correct", "assignment_correct", "recall", "precision"]);
 // Tables whose rows are not of targets.
-const WHOLE = new Set(["receivers"]);
+const WHOLE = new Set(["receivers", "registration"]);
 
 /**
  * Load a table, then draw it; loading and failure stand in its place.
@@ -32,7 +32,7 @@ const WHOLE = new Set(["receivers"]);
  * @param {string} target only this one's rows; empty = of all
  * @param {(rows: Row[]) => Node} draw
  */
-function withTable(run, name, target, draw) {
+export function withTable(run, name, target, draw) {
   const box = h("div", null, loading());
   loadTable(run.id, name, target).then(({ rows, total }) => put(box, draw(rows), rows.length < total ? h("p", { class: "table-foot" },
     t("table.first_rows", { n: formatCount(rows.length) }), " ", h("a", { href: apiUrl(`runs/${run.id}/tables/${name}.csv`, { target }), download: "" }, t("table.all_as_csv"))) : null), (error) => put(box, h("div", { style: "padding: 12px" }, failed(error))));

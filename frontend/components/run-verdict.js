@@ -1,12 +1,14 @@
 // @ts-check
 // The verdict of a run in words.
 
+import { associationsOf } from "../js/association-verdict.js";
 import { h } from "../js/dom.js";
 import { t } from "../js/i18n.js";
 import { formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { verdictOf } from "../js/verdict.js";
 
 /** @import { Summary } from "../types.d.ts" */
+/** @import { Found } from "../js/association-verdict.js" */
 /** @import { Ranked, Sentence } from "../js/verdict.js" */
 
 /**
@@ -14,11 +16,25 @@ import { verdictOf } from "../js/verdict.js";
  * @param {string} [target] the one that it is about; empty = all
  */
 export function runVerdict(summary, target = "") {
+  const associated = associationsOf(summary);
+  if (associated) {
+    return h("p", { class: "verdict", data: { kind: "association" } },
+      target ? h("span", { class: "muted" }, t("verdict.of_target", { name: target }), " ") : null,
+      associated.map((one, i) => h("span", { class: i ? "muted" : null }, i ? " " : "", associationWords(one))));
+  }
   const [first, ...rest] = verdictOf(summary);
   return h("p", { class: "verdict", data: { kind: first?.kind ?? "nothing" } },
     target ? h("span", { class: "muted" }, t("verdict.of_target", { name: target }), " ") : null,
     first ? h("span", null, sentence(first)) : null,
     rest.map((one) => h("span", { class: "muted" }, " ", sentence(one))));
+}
+
+/** @param {Found} one */
+function associationWords(one) {
+  const share = (/** @type {number | null} */ value) => (value === null ? "–" : formatShare(value));
+  return one.recall === null
+    ? t("verdict.associated", { label: one.label, accepted: share(one.accepted), undecided: share(one.undecided) })
+    : t("verdict.associated_truth", { label: one.label, recall: share(one.recall), precision: share(one.precision), undecided: share(one.undecided) });
 }
 
 /** @param {Ranked} one */

@@ -1,9 +1,10 @@
 // @ts-check
 // The verdict of a Monte Carlo run in words.
 
+import { associationsOverTrials } from "../js/association-verdict.js";
 import { h, put } from "../js/dom.js";
 import { t } from "../js/i18n.js";
-import { formatCount, formatNumber, formatQuantity } from "../js/numbers.js";
+import { formatCount, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { loadTable } from "../js/tables.js";
 import { joined, trialVerdict } from "../js/trial-verdict.js";
 
@@ -19,10 +20,25 @@ export async function trialsVerdict(run, target) {
   const [metrics, comparisons] = await Promise.all(["metrics", "comparisons"].map((name) => loadTable(run.id, name, target)));
   const found = trialVerdict({ metrics: metrics?.rows ?? [], comparisons: comparisons?.rows ?? [], labels: run.algorithms.map((entry) => entry.label ?? entry.name), target });
   const trials = formatCount(run.trials);
+  const associated = associationsOverTrials(metrics?.rows ?? [], target);
+  if (associated) {
+    box.dataset.kind = "association";
+    put(box, target ? h("span", { class: "muted" }, t("verdict.of_target", { name: target }), " ") : null, t("trials.associated", { trials }),
+      associationWords(associated).map((words, i) => h("span", { class: i ? "muted" : null }, " ", words)));
+    return box;
+  }
   box.dataset.kind = found[0]?.kind ?? "nothing";
   put(box, target ? h("span", { class: "muted" }, t("verdict.of_target", { name: target }), " ") : null,
     found.map((one, i) => h("span", { class: i ? "muted" : null }, i ? " " : "", sentence(one, trials))));
   return box;
+}
+
+/** @param {NonNullable<ReturnType<typeof associationsOverTrials>>} found */
+function associationWords({ shares, ranges }) {
+  return [
+    ...shares.map((one) => t("trials.associated_shares", { label: one.label, correct: formatShare(one.correct), wrong: formatShare(one.wrong), undecided: formatShare(one.undecided) })),
+    ...ranges.map((one) => t("trials.associated_range", { label: one.label, from: formatShare(one.from), at: one.at, to: formatShare(one.to), until: one.until })),
+  ];
 }
 
 /** @param {Amount} one @param {(value: number) => string} words */

@@ -25,7 +25,8 @@ const SEQUENCE = {
  * @returns {Figure}
  */
 export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots = true }) {
-  const dressed = figure.data.map((trace) => dressTrace(trace, { colours, dark, hidden }));
+  const named = Boolean(figure.layout.meta?.legend);
+  const dressed = figure.data.map((trace) => dressTrace(trace, { colours, dark, hidden, named }));
   const data = dots ? dressed.map(withDots) : dressed;
   const layout = { ...figure.layout };
   delete layout.title;
@@ -34,7 +35,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
   layout.paper_bgcolor = "rgba(0,0,0,0)";
   layout.plot_bgcolor = "rgba(0,0,0,0)";
   layout.font = { ...layout.font, color: colours.text, family: font, size: narrow ? 11 : 12 };
-  // The chips are the legend of the entries; what belongs to none has one of its own.
+  // The chips are the legend of the entries; what belongs to none has one of its own, and so has a chart that asks for it.
   layout.showlegend = data.some((trace) => trace.showlegend);
   layout.legend = { orientation: "h", x: 0, y: 1, xanchor: "left", yanchor: "bottom", font: { size: 11 }, traceorder: "normal" };
   layout.autosize = true;
@@ -84,10 +85,10 @@ function saidNames(text) {
 
 /**
  * @param {Trace} trace
- * @param {{colours: Colours, dark: boolean, hidden: Set<string>}} look
+ * @param {{colours: Colours, dark: boolean, hidden: Set<string>, named: boolean}} look
  * @returns {Trace}
  */
-function dressTrace(trace, { colours, dark, hidden }) {
+function dressTrace(trace, { colours, dark, hidden, named }) {
   const copy = { ...trace };
   if (trace.name) copy.name = traceName(trace);
   // The page's policy forbids what Plotly's WebGL needs; crowds are painted by `dots.js`.
@@ -95,7 +96,8 @@ function dressTrace(trace, { colours, dark, hidden }) {
   if (trace.colorbar?.title?.text) copy.colorbar = { ...trace.colorbar, title: { ...trace.colorbar.title, text: said(trace.colorbar.title.text) } };
   const role = trace.meta?.role;
   const token = role ? /** @type {Record<string, keyof Colours>} */ (THEMED)[role] : undefined;
-  copy.showlegend = trace.type === "bar" ? trace.name !== trace.meta?.label : role === "series" && Boolean(trace.name) && !trace.meta?.label && trace.showlegend !== false;
+  const ownCurve = role === "series" && Boolean(trace.name) && !trace.meta?.label;
+  copy.showlegend = trace.type === "bar" ? trace.name !== trace.meta?.label : (named || ownCurve) && trace.showlegend !== false;
   if (trace.type === "heatmap" || trace.type === "bar") {
     if (dark && copy.colorscale) copy.colorscale = copy.colorscale.map((/** @type {[number, string]} */ [at, colour]) => [at, onDark(colour)]);
     if (dark && typeof copy.marker?.color === "string") copy.marker = { ...copy.marker, color: onDark(copy.marker.color) };

@@ -10,6 +10,7 @@ import { CursorBus } from "../js/cursor.js";
 import { loadPlotly } from "../js/plotly.js";
 import { changeQuery, go, parseRoute, rememberQuery, routeTo } from "../js/router.js";
 import { loadTable } from "../js/tables.js";
+import { allTargets, simulatedTargets, targetsOf } from "../js/run-targets.js";
 import { againRoute, durationOf, placeOf, recordingsOf, requestOf, titleOf } from "../js/runs.js";
 import { curlSnippet, pythonSnippet } from "../js/snippets.js";
 import { setTitle } from "../components/app-frame.js";
@@ -19,6 +20,7 @@ import { timePlayer } from "../components/time-player.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
 import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTab, tracksTab } from "../components/run-tabs.js";
 import { editButton, tagLinks } from "../components/run-name-form.js";
+import { registrationTab, runAlarms } from "../components/run-alarms.js";
 import { runVerdict } from "../components/run-verdict.js";
 import { trialsSoFar } from "../components/trials-so-far.js";
 import { trialsVerdict } from "../components/trials-verdict.js";
@@ -29,7 +31,7 @@ import { copyText, toast } from "../components/toast-area.js";
 import "../components/legend-chips.js";
 import "../components/tab-bar.js";
 
-/** @import { ChartItem, Recording, Run, Summary, Target } from "../types.d.ts" */
+/** @import { ChartItem, Recording, Run, Summary } from "../types.d.ts" */
 /** @import { Route } from "../js/router.js" */
 /** @import { ChartPanel } from "../components/chart-panel.js" */
 /** @import { LegendChips } from "../components/legend-chips.js" */
@@ -39,9 +41,9 @@ import "../components/tab-bar.js";
 /** @import { TrialsSoFar } from "../components/trials-so-far.js" */
 
 // The plan, or the error over trials, stands at the left, these beside it; whatever else a run has follows below.
-const FIRST = ["trials_sweep", "trials_error", "plan"];
+const FIRST = ["trials_sweep", "trials_error", "trials_probability", "trials_scans", "trials_decisions", "plan"];
 const BESIDE = ["drms", "nis"];
-const BESIDE_TRIALS = ["trials_error", "trials_consistency"];
+const BESIDE_TRIALS = ["trials_error", "trials_consistency", "trials_nonlinearity", "trials_statistic", "trials_tradeoff"];
 
 class RunPage extends HTMLElement {
   /** @type {Route} */
@@ -215,7 +217,7 @@ class RunPage extends HTMLElement {
     });
     const byName = new Map(charts.items.map((chart) => [chart.name, chart]));
     const first = FIRST.flatMap((name) => byName.get(name) ?? [])[0] ?? charts.items[0];
-    const beside = (run.source.scenario ? BESIDE_TRIALS : BESIDE).flatMap((name) => byName.get(name) ?? []).filter((chart) => chart !== first);
+    const beside = (run.source.scenario ? BESIDE_TRIALS : BESIDE).flatMap((name) => byName.get(name) ?? []).filter((chart) => chart !== first).slice(0, 2);
     const rest = charts.items.filter((chart) => chart !== first && !beside.includes(chart));
     this.panels = [
       ...(first ? [panel(first, "first")] : []),
@@ -235,7 +237,7 @@ class RunPage extends HTMLElement {
     this.below = h("div", null, this.makeTabs());
     put(body,
       h("div", { class: "run-legend" }, chips, picker, h("span", { class: "small muted" }, t("run.legend_more"))),
-      this.verdict, example,
+      this.verdict, runAlarms(run), example,
       h("div", { class: "run-charts" }, this.panels),
       this.below);
     const again = this.panels.find(({ source }) => source === focused);
@@ -301,6 +303,7 @@ class RunPage extends HTMLElement {
       ...(has("decisions") ? [{ name: "decisions", title: decisions === undefined ? t("tab.decisions") : t("tab.decisions_count", { n: decisions }), draw: () => decisionsTab(run, target, this.bus) }] : []),
       ...(has("tracks") ? [{ name: "tracks", title: t("tab.tracks"), draw: () => tracksTab(run, target, choosable ? (name) => changeQuery({ target: name }) : null) }] : []),
       ...(has("receivers") ? [{ name: "receivers", title: t("tab.receivers"), draw: () => receiversTab(run, target) }] : []),
+      ...(count("registration") ? [{ name: "registration", title: t("tab.registration"), draw: () => registrationTab(run) }] : []),
       { name: "parameters", title: t("tab.parameters"), draw: () => parametersTab(run) },
       { name: "log", title: t("tab.log"), draw: () => logTab(run) },
       { name: "export", title: t("tab.export"), draw: () => exportTab(run, charts, tables.map((table) => table.name), target) },
@@ -344,28 +347,6 @@ class RunPage extends HTMLElement {
 function scenarioRoute(run) {
   const { preset, parameters } = /** @type {{preset: string, parameters?: Record<string, unknown>}} */ (run.source.scenario);
   return routeTo(["scenarios"], { preset, parameters: parameters && Object.keys(parameters).length ? JSON.stringify(parameters) : null, seed: run.seed ? String(run.seed) : null });
-}
-
-/** @param {string} recording @param {AbortSignal | undefined} signal @returns {Promise<Target[]>} */
-function targetsOf(recording, signal) {
-  return get(`recordings/${recording}/targets`, { signal }).then((/** @type {{items: Target[]}} */ list) => list.items, () => []);
-}
-
-/** Targets of all recordings; one name is one target. @param {Target[][]} lists @returns {Target[]} */
-function allTargets(lists) {
-  /** @type {Map<string, Target>} */
-  const found = new Map();
-  for (const target of lists.flat()) {
-    const known = found.get(target.name);
-    found.set(target.name, { name: target.name, marks: (known?.marks ?? 0) + (target.marks ?? 0) });
-  }
-  return lists.length === 1 ? lists.flat() : [...found.values()];
-}
-
-/** Targets of a scenario, as its metrics name them. @param {Run} run @returns {Promise<Target[]>} */
-async function simulatedTargets(run) {
-  const { rows } = await loadTable(run.id, "metrics").catch(() => ({ rows: [] }));
-  return [...new Set(rows.map((row) => String(row.target ?? "")).filter(Boolean))].map((name) => /** @type {Target} */ ({ name }));
 }
 
 /** The metrics of one target as the summary of a run. @param {Run} run @param {string} target */

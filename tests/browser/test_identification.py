@@ -48,6 +48,14 @@ def test_the_sample_shows_pairs_probabilities_and_the_turned_radar(visit: Callab
     alarms = [note["detail"] for note in notes if note["code"] == "registration_alarm"]
     assert len(alarms) == 1
     assert "east" in alarms[0]
+    expect(page.locator("[data-alarms]")).to_contain_text("Radar east is turned by")
+    page.get_by_role("tab", name="Agreement of the radars").click()
+    first = page.locator("[data-table=registration] tbody tr").first
+    expect(first).to_contain_text("turned clockwise")
+    expect(first).to_contain_text("east")
+    close = drawn(page, "One pair closely: conversions and gate")
+    assert {"lin", "paper", "dcm", "ucm", "mucm"} <= {t["name"] for t in close.traces(role="interval")}
+    assert [t["name"] for t in close.traces(role="bound")] == ["gate, alpha = 0.01"]
     page.get_by_role("tab", name=re.compile("Decisions")).click()
     expect(page.get_by_role("tabpanel")).to_contain_text("without a partner")
     visited.assert_clean()

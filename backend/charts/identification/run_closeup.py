@@ -62,6 +62,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             xaxis=axis("East, km", range=_range(traces, "x")),
             yaxis=axis("North, km", scaleanchor="x", scaleratio=1, range=_range(traces, "y")),
             dragmode="pan",
+            legend=True,
         )
     return not_applicable(TITLE, "no_pairs")
 
@@ -106,6 +107,7 @@ def _traces(recording: PolarPlots, entry: Entry, plots: Plots, chosen: tuple[int
                 fill="toself",
                 fillcolor=theme.faint(color, 0.15),
                 hoverinfo="skip",
+                showlegend=False,
             )
         )
     for i, (conversion, dash) in enumerate(CONVERSIONS):
@@ -123,12 +125,14 @@ def _traces(recording: PolarPlots, entry: Entry, plots: Plots, chosen: tuple[int
         marker = {"color": color, "size": 8, "symbol": theme.SYMBOLS[k % len(theme.SYMBOLS)]}
         out.append(
             trace("measurement", place[:1], place[1:], name=f"radar {name}, plot", mode="markers", marker=marker,
-                  customdata=recording.row[[chosen[k]]], text=recording.time_s[[chosen[k]]])
+                  customdata=recording.row[[chosen[k]]], text=recording.time_s[[chosen[k]]], showlegend=False)
         )  # fmt: skip
     truth = recording.truth_m[chosen[0], :2]
     if np.isfinite(truth).all():
         marker = {"color": theme.TRUTH, "size": 10, "symbol": "x-thin", "line": {"width": 2, "color": theme.TRUTH}}
-        out.append(trace("truth", truth[:1], truth[1:], name="true position", mode="markers", marker=marker))
+        out.append(
+            trace("truth", truth[:1], truth[1:], name="true position", mode="markers", marker=marker, showlegend=False)
+        )
     return out
 
 
@@ -150,7 +154,7 @@ def _gate(entry: Entry, sides: list[Side]) -> Trace:
         probability=1 - tail, corners=90,
     )  # fmt: skip
     line = {"color": theme.BOUND, "dash": "dash", "width": 1.5}
-    return trace("bound", x, y, entry=None, name=f"gate of {name}, alpha = {tail:g}", mode="lines", line=line)
+    return trace("bound", x, y, entry=None, name=f"gate, alpha = {tail:g}", mode="lines", line=line)
 
 
 def _range(traces: list[Trace], axis_name: str) -> list[float]:

@@ -9,7 +9,7 @@ from backend.charts import theme
 from backend.charts.columns import numbers, words
 from backend.charts.figure import ChartNote, Trace, axis, counted, figure, line_of, not_applicable, trace
 from backend.charts.identification.trials_statistic import DOF
-from backend.charts.view import Chart, ChartOptions, Figure, RunView
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "Statistic of the pairs"
 UPPER = 20.0
@@ -21,7 +21,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     edges = np.linspace(0, UPPER, BINS + 1)
     middle = (edges[:-1] + edges[1:]) / 2
     traces: list[Trace] = []
-    most = 0
+    drawn: list[Entry] = []
     for entry in view.entries:
         table = entry.table("associations")
         decision = words(table, "decision")
@@ -29,7 +29,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         values = values[np.isfinite(values)]
         if not values.size:
             continue
-        most = max(most, values.size)
+        drawn.append(entry)
         density = np.histogram(values, edges)[0] / values.size / (edges[1] - edges[0])
         traces.append(
             trace(
@@ -45,11 +45,17 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         )
     if not traces:
         return not_applicable(TITLE, "no_pairs")
-    dof = DOF.get(view.entries[0].algorithm, 2)
-    line = {"color": theme.BOUND, "width": 1.2}
-    law = stats.chi2.pdf(middle, dof)
-    traces.append(trace("bound", middle, law, name=f"chi-square, {dof} degrees of freedom", mode="lines", line=line))
-    text = "Of accepted pairs; to the right of the law the accuracies are claimed too good, or the radars disagree."
+    # Tracks have a velocity too, so their distances follow another law than those of plots.
+    for dof, dash in zip(sorted({DOF.get(entry.algorithm, 2) for entry in drawn}), ("solid", "dash"), strict=False):
+        line = {"color": theme.BOUND, "width": 1.2, "dash": dash}
+        law = stats.chi2.pdf(middle, dof)
+        traces.append(
+            trace("bound", middle, law, name=f"chi-square, {dof} degrees of freedom", mode="lines", line=line)
+        )
+    text = (
+        "Of accepted pairs; to the right of the law (grey) the accuracies are claimed too good, or the radars "
+        "disagree. Plots have two degrees of freedom, tracks four."
+    )
     return figure(
         TITLE,
         traces,

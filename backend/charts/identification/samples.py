@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.result import Table
+from backend.charts.figure import Trace, trace
+from backend.charts.trial_curves import Series
 from backend.charts.view import Entry, swept_columns
 
 Floats = NDArray[np.float64]
@@ -108,3 +111,17 @@ def measured(entry: Entry, metric: str) -> list[Measured]:
         value, low, high = (numbers(table, n)[own] for n in ("value", "ci95_low", "ci95_high"))
         out.append(Measured(f"{entry.label}{words}", k, len(different), x[own], value, low, high))
     return out
+
+
+def line_over_scans(series: Series, name: str, values: Floats, hover: str, **look: Any) -> Trace:
+    """A curve over the scans with all its values, of any sign: scans are few."""
+    return trace(
+        "series",
+        series.time_s,
+        values,
+        entry=series.entry,
+        name=name,
+        mode="lines",
+        line=series.look | look,
+        hovertemplate=f"<b>{name}</b><br>{hover}<br>%{{x:.5~g}} s<extra></extra>",
+    )

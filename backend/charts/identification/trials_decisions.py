@@ -27,7 +27,7 @@ PRINTED = {
     "lin": ((0.674, 0.010, 0.316), (0.342, 0.008, 0.650)),
     "paper": ((0.631, 0.009, 0.360), (0.649, 0.004, 0.347)),
 }
-MOST_BARS = 60
+MOST_BARS = 40
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -36,8 +36,11 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     values: dict[str, list[float]] = {metric: [] for metric, *_ in PARTS}
     intervals: list[tuple[float, float]] = []
     targets = sorted({t for e in view.entries for t in e.table("metrics").columns.get("target", ()) if t})
+    one_look = len(view.recording) > 0 and np.ptp(view.recording.time_s) == 0
     for entry in view.entries:
         table = entry.table("metrics")
+        # The paper's numbers are of its test on single plots.
+        beside = one_look and entry.algorithm == "pairwise_test"
         for target in targets if 0 < len(targets) <= 2 else [""]:
             correct = rows_of(table, "probability_correct", target)
             swept = swept_names(table)
@@ -48,7 +51,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
                 same = {n: numbers(table, n)[i] for n in swept}
                 for metric, *_ in PARTS:
                     values[metric].append(_value(table, metric, target, same))
-            if entry.label in PRINTED and target in ("1", "2") and not swept:
+            if beside and entry.label in PRINTED and target in ("1", "2") and not swept:
                 right, wrong, undecided = PRINTED[entry.label][int(target) - 1]
                 names.append(f"{entry.label}, target {target}, printed")
                 intervals.append((np.nan, np.nan))

@@ -54,7 +54,11 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     if not traces:
         return not_applicable(TITLE, "no_sweep")
     swept = np.unique(np.concatenate([np.asarray(t["x"], float) for t in traces]))
-    notes = [ChartNote("probabilities", "Bars are 95 % intervals over the trials.")]
+    text = (
+        "Above: NEES of single converted plots per degree of freedom, 1 is honest. Below: share of true pairs that the "
+        "gate rejects. Bars are 95 % intervals over the trials."
+    )
+    notes = [ChartNote("single_plots", text)]
     if index is None:
         x_axis = axis(title_of(names[0]), **ticks_of(names[0], swept, view))
     else:
@@ -76,8 +80,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         recording=view.recording,
         notes=notes,
         xaxis=x_axis | {"anchor": "y2"},
-        yaxis=log_axis("NEES per degree of freedom", upper) | {"domain": [0.54, 1]},
-        yaxis2=log_axis("Share of true pairs rejected", lower) | {"domain": [0, 0.46]},
+        yaxis=log_axis("NEES", upper) | {"domain": [0.54, 1]},
+        yaxis2=log_axis("Share rejected", lower) | {"domain": [0, 0.46]},
     )
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from backend.charts import theme
-from backend.charts.decimate import Picked
 from backend.charts.figure import ChartNote, Trace, axis, counted, figure, not_applicable, time_axis, trace
-from backend.charts.trial_curves import leg_shapes, line, series_of
+from backend.charts.identification.samples import line_over_scans
+from backend.charts.trial_curves import leg_shapes, series_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Mean error of tracks along the line of sight"
@@ -16,12 +16,11 @@ TITLE = "Mean error of tracks along the line of sight"
 def draw(view: RunView, options: ChartOptions) -> Figure:
     """Draw the mean radial error of every algorithm after each scan."""
     traces: list[Trace] = []
-    picked: list[Picked] = []
     found = series_of(view)
     for series in found:
         values = series.numbers("radial_bias_m")
         if np.isfinite(values).any():
-            traces.append(line(series, series.name, values, options, picked, "%{y:,.2f} m"))
+            traces.append(line_over_scans(series, series.name, values, "%{y:,.2f} m"))
     if not traces:
         return not_applicable(TITLE, "no_curves")
     ends = np.array([min(s.time_s[0] for s in found), max(s.time_s[-1] for s in found)])
@@ -35,7 +34,6 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         TITLE,
         traces,
         recording=view.recording,
-        picked=picked,
         notes=[ChartNote("radial_bias", text)],
         xaxis=time_axis(view.recording),
         yaxis=axis("Mean error along the line of sight, m"),

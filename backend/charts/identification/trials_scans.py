@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from backend.charts.decimate import Picked
 from backend.charts.figure import ChartNote, Trace, axis, figure, not_applicable, time_axis
+from backend.charts.identification.samples import line_over_scans
 from backend.charts.identification.trials_probability import METRICS
-from backend.charts.trial_curves import leg_shapes, line, series_of
+from backend.charts.trial_curves import leg_shapes, series_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Probabilities after each scan"
@@ -16,12 +16,11 @@ TITLE = "Probabilities after each scan"
 def draw(view: RunView, options: ChartOptions) -> Figure:
     """Draw the shares of every algorithm at each instant."""
     traces: list[Trace] = []
-    picked: list[Picked] = []
     for series in series_of(view):
         for metric, word, dash in METRICS:
             values = series.numbers(metric)
             if series.time_s.size > 1 and np.isfinite(values).any():
-                traces.append(line(series, f"{series.name}, {word}", values, options, picked, "%{y:.4~f}", dash=dash))
+                traces.append(line_over_scans(series, f"{series.name}, {word}", values, "%{y:.4~f}", dash=dash))
     if not traces:
         return not_applicable(TITLE, "no_curves")
     text = "Solid: correct; dotted: wrong; dashed: undecided; long dashes: most likely matching correct."
@@ -29,7 +28,6 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         TITLE,
         traces,
         recording=view.recording,
-        picked=picked,
         notes=[ChartNote("scans", text)],
         xaxis=time_axis(view.recording),
         yaxis=axis("Probability", range=[-0.01, 1.02]),
