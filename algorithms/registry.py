@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+from collections.abc import Iterator
 from functools import cache
 from importlib.metadata import entry_points
 from types import ModuleType
@@ -22,12 +23,15 @@ _SKIPPED = ("algorithms.toolbox",)
 _FAMILIES = ("multilateration", "identification", "multiple_model", "plot_tracking", "forward_scatter")
 
 
+def module_names() -> Iterator[str]:
+    """Names of the families' modules; asking for the next one imports packages, and they take seconds in all."""
+    for module in pkgutil.walk_packages(algorithms.__path__, "algorithms."):
+        if not module.name.startswith(_SKIPPED):
+            yield module.name
+
+
 def _modules() -> list[ModuleType]:
-    found = [
-        importlib.import_module(m.name)
-        for m in pkgutil.walk_packages(algorithms.__path__, "algorithms.")
-        if not m.name.startswith(_SKIPPED)
-    ]
+    found = [importlib.import_module(name) for name in module_names()]
     found.sort(key=lambda module: _place(module.__name__))
     found += [point.load() for point in entry_points(group="filterroom.algorithms")]
     return found

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import importlib
+import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
@@ -85,12 +87,13 @@ def create_app(settings: Settings) -> FastAPI:
         stop_listening = services.database.listen(services.changes.notify)
         # Whatever an earlier server left half done is taken up before the first request comes.
         await run_in_threadpool(services.engine.start)
-        samples = asyncio.create_task(_import_samples(services)) if settings.samples else None
+        stopping = threading.Event()
+        getting_ready = asyncio.create_task(_get_ready(services, stopping))
         try:
             yield
         finally:
-            if samples is not None:
-                samples.cancel()
+            stopping.set()
+            getting_ready.cancel()
             services.changes.close()
             stop_listening()
             await run_in_threadpool(services.engine.stop)
@@ -119,10 +122,28 @@ def _open(settings: Settings) -> Services:
     return Services(settings, database, store, engine, Changes(), started_at=now())
 
 
-async def _import_samples(services: Services) -> None:
+async def _get_ready(services: Services, stopping: threading.Event) -> None:
     # The first page comes first.
     await asyncio.sleep(0.5)
-    await run_in_threadpool(import_samples, services)
+    if services.settings.samples:
+        await run_in_threadpool(import_samples, services)
+    # Then the workers, which have more to do.
+    while services.engine.state == "starting":
+        await asyncio.sleep(0.2)
+    threading.Thread(target=_load_methods, args=(stopping,), name="methods", daemon=True).start()
+
+
+def _load_methods(stopping: threading.Event) -> None:
+    """Import algorithms, then charts, which takes two seconds: else the first run and its first chart wait for them."""
+    from algorithms.registry import module_names
+
+    for name in module_names():
+        if stopping.is_set():
+            return
+        importlib.import_module(name)
+    from backend.charts.catalogue import charts as charts_of
+
+    charts_of("run")
 
 
 def _bare(**options: Any) -> FastAPI:

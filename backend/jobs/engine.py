@@ -123,6 +123,11 @@ class Engine:
         """Read the paths of a file, in the same process and after what is being parsed; nothing is stored."""
         return self._parser.tracks(file, options, choice)
 
+    @property
+    def state(self) -> EngineState:
+        """Return whether workers are there, without asking the database."""
+        return self._crew.state
+
     def status(self) -> EngineStatus:
         """Return what the engine is doing."""
         with self._database.read() as connection:
