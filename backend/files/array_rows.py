@@ -14,7 +14,7 @@ Whatever has another form is left out and named in a warning.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -63,7 +63,7 @@ class ArrayRows:
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
 
-    def chunks(self, findings: Findings, max_rows: int) -> Iterator[Chunk]:
+    def chunks(self, findings: Findings, max_rows: int, numbers: Collection[str] = ()) -> Iterator[Chunk]:
         """Yield the rows in chunks; raises InputError past `max_rows`."""
         if len(self) > max_rows:
             raise too_many_rows(self.name, max_rows)

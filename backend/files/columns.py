@@ -119,12 +119,22 @@ class ColumnCollector:
 
     def chunks(self, max_rows: int) -> Iterator[Chunk]:
         """Chunks of the file with the rows that the user's filter keeps."""
-        for whole in self._selection.rows.chunks(self._findings, max_rows):
+        for whole in self._selection.rows.chunks(self._findings, max_rows, self._numbers_alone()):
             self._rows_in_file = int(whole.row[-1])
             chunk = self._selection.matching(whole)
             self._left_out += len(whole) - len(chunk)
             if len(chunk):
                 yield chunk
+
+    def _numbers_alone(self) -> frozenset[str]:
+        """Columns of the file that are read as numbers and as nothing else."""
+        sources = [source for _, source, _, _ in self._plans]
+        if self._selection.time_unit() != "date":
+            sources.append(self._selection.source("time_s"))
+        found = {s.column for s in sources} | {s.minus for s in sources if s.minus is not None}
+        return frozenset(
+            found - {self._selection.source(n.name).column for n in self._names} - set(self._selection.where)
+        )
 
     def add(self, chunk: Chunk, faults: Faults) -> Mask:
         """Convert the columns of one chunk; rows with a fault (given, or found here) are rejected.
@@ -183,11 +193,12 @@ class ColumnCollector:
             self._findings.warn(
                 "word_for_empty", "Cells such as NaN or null were read as empty.", self.style.empty_words
             )
+        # Each column's chunks are let go before the next column is joined.
         return Columns(
             row=joined(self._rows, np.int64),
             line=joined(self._lines, np.int64),
-            numbers={n: joined(v, np.float64) for n, v in self._numbers.items()},
-            codes={n: joined(v, np.int64) for n, v in self._codes.items()},
+            numbers={n: joined(self._numbers.pop(n), np.float64) for n in tuple(self._numbers)},
+            codes={n: joined(self._codes.pop(n), np.int64) for n in tuple(self._codes)},
             names={n: b.names for n, b in self._books.items()},
             rows_in_file=rows_in_file,
             rows_read=rows_in_file - self._left_out,

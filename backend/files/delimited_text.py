@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from algorithms.errors import InputError, UnsupportedFormatError
 from backend.files.cells import Problem
 from backend.files.content import Content
 from backend.files.records import MAX_LINE, join_record, read_batches
-from backend.files.regular_blocks import RegularBlock
+from backend.files.regular_blocks import Layout, RegularBlock
 from backend.files.report import Findings, some
 from backend.files.rows import ROWS_AT_ONCE, Chunk, too_many_rows
 
@@ -30,21 +30,22 @@ class DelimitedText:
     first_data_line: int
     start_utc: str | None = None
 
-    def chunks(self, findings: Findings, max_rows: int) -> Iterator[Chunk]:
+    def chunks(self, findings: Findings, max_rows: int, numbers: Collection[str] = ()) -> Iterator[Chunk]:
         """Yield the rows in chunks; rows that are no rows are rejected, blank lines are not counted.
 
         Raises InputError (`too_many_rows`) past `max_rows`.
         """
         row = 0
         width = len(self.names)
-        for records in read_batches(self.content, self.delimiter, self.first_data_line, width, ROWS_AT_ONCE):
+        table = Layout(self.delimiter, width, frozenset(i for i, n in enumerate(self.names) if n in numbers))
+        for records in read_batches(self.content, table, self.first_data_line, ROWS_AT_ONCE):
             if isinstance(records, RegularBlock):
                 first, row = row, row + len(records)
                 if row > max_rows:
                     raise too_many_rows(self.content.name, max_rows)
-                numbers = np.arange(first, row)
+                counted = np.arange(first, row)
                 cells_of = {n: c for n, c in zip(self.names, records.columns, strict=True) if n}
-                yield Chunk(numbers + 1, numbers - first + records.line, cells_of)
+                yield Chunk(counted + 1, counted - first + records.line, cells_of)
                 continue
             kept: list[list[str]] = []
             rows: list[int] = []

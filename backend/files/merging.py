@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.errors import InputError
-from algorithms.recording import DopplerPairs, Floats, Recording, ToaMarks
+from algorithms.recording import DopplerPairs, Floats, Ints, Recording, ToaMarks
 from backend.files.companions import joined_marks, joined_sites, joined_truth
 from backend.files.reader import Part
 from backend.files.report import Findings
 
 _Recording = TypeVar("_Recording", bound=Recording)
 
+# Any odd number with as many ones as zeros: products spread what differs over all digits.
+_ODD = np.uint64(0x9E3779B97F4A7C15)
 # Fields that are indices, and the field that holds the names.
 _NAMED = {
     "target": "targets",
@@ -216,8 +218,10 @@ def without_duplicates(part: Part, files: RowFiles, findings: Findings) -> Part:
     columns = [getattr(recording, f.name) for f in fields(recording) if f.name != "row"]
     columns = [c for c in columns if isinstance(c, np.ndarray)]
     columns += [places for places in (part.truth_geodetic, part.plots_geodetic) if places is not None]
+    columns = [c.reshape(len(recording), -1) for c in columns]
+    positions = _alike(columns, positions)
     # Adding zero makes -0.0 and 0.0 the same bytes.
-    table = np.concatenate([c[positions].reshape(len(positions), -1) + 0.0 for c in columns], axis=1)
+    table = np.concatenate([c[positions] + 0.0 for c in columns], axis=1)
     seen: dict[bytes, int] = {}
     keep = np.ones(len(recording), bool)
     for position, line in zip(positions.tolist(), table, strict=True):
@@ -227,3 +231,20 @@ def without_duplicates(part: Part, files: RowFiles, findings: Findings) -> Part:
             keep[position] = False
             findings.reject(row, "duplicate_row", f"repeats row {first}", file=files.name(row))
     return part if keep.all() else kept_rows(part, keep)
+
+
+def _alike(columns: Sequence[NDArray[Any]], positions: Ints) -> Ints:
+    """Return the positions of rows that may repeat another one, by a number made of all their values.
+
+    Rows of equal values have equal numbers, other rows hardly ever: what remains is looked at one by one.
+    """
+    mixed = np.zeros(positions.size, np.uint64)
+    for column in columns:
+        for k in range(column.shape[1]):
+            values = column[positions, k] + 0.0
+            mixed = (mixed ^ values.view(np.uint64)) * _ODD
+            mixed ^= mixed >> np.uint64(29)
+    order = np.argsort(mixed, kind="stable")
+    same = mixed[order[1:]] == mixed[order[:-1]]
+    alike: Ints = positions[np.sort(order[np.append(False, same) | np.append(same, False)])]
+    return alike

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,7 +34,7 @@ class ParquetRows:
     count: int
     start_utc: str | None = None
 
-    def chunks(self, findings: Findings, max_rows: int) -> Iterator[Chunk]:
+    def chunks(self, findings: Findings, max_rows: int, numbers: Collection[str] = ()) -> Iterator[Chunk]:
         """Yield the rows in chunks; raises InputError past `max_rows`, or where the file is damaged."""
         import pyarrow.parquet as pq
 

@@ -14,7 +14,7 @@ from typing import IO
 
 from backend.files.cells import Problem
 from backend.files.content import Content
-from backend.files.regular_blocks import WORTHWHILE_BYTES, RegularBlock, longest_line, read_blocks
+from backend.files.regular_blocks import WORTHWHILE_BYTES, Layout, RegularBlock, longest_line, read_blocks
 
 # The limit of the csv module for one cell; a mark received by two thousand stations is shorter.
 MAX_LINE = 131_072
@@ -30,20 +30,19 @@ _TOO_LONG = Problem("line_too_long", f"the line is longer than {MAX_LINE} charac
 _OPEN_QUOTE = Problem("unclosed_quote", "a quotation mark is opened and not closed; only this line was left out")
 
 
-def read_batches(
-    content: Content, delimiter: str, first_line: int, width: int, size: int
-) -> Iterator[list[Record] | RegularBlock]:
+def read_batches(content: Content, layout: Layout, first_line: int, size: int) -> Iterator[list[Record] | RegularBlock]:
     """Yield records from physical line `first_line` on; blank lines are left out.
 
-    They come `size` at a time, or, of long text without quotation marks, in blocks of which every line has `width`
-    cells.
+    They come `size` at a time, or, of long text without quotation marks, in blocks of which every line has a cell
+    for each column.
     """
+    delimiter = layout.delimiter
     careful = _needs_care(content, delimiter)
     if not careful and _may_be_regular(content):
         with content.open_bytes() as raw:
             for _ in range(first_line - 1):
                 raw.readline()
-            for piece in read_blocks(raw, delimiter, width, first_line):
+            for piece in read_blocks(raw, layout, first_line):
                 yield piece if isinstance(piece, RegularBlock) else list(piece.records(delimiter))
         return
     with content.open_text() as stream:

@@ -80,11 +80,20 @@ class ArrowCells(Sequence[str]):
 
 
 @dataclass(frozen=True)
+class Layout:
+    """How lines are parted: the delimiter, cells in a line, and the columns that are read as numbers alone."""
+
+    delimiter: str
+    width: int
+    numbers: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True)
 class RegularBlock:
-    """Consecutive lines of cells: the number of the first line, and the columns."""
+    """Consecutive lines of cells: the number of the first line, and the columns, as numbers or as texts."""
 
     line: int
-    columns: list[ArrowCells]
+    columns: list[ArrowCells | Floats]
 
     def __len__(self) -> int:
         """Return the number of lines."""
@@ -104,17 +113,19 @@ class OtherBlock:
         return [(self.line + i, cells) for i, cells in enumerate(reader) if cells]
 
 
-def read_blocks(stream: IO[bytes], delimiter: str, width: int, line: int) -> Iterator[RegularBlock | OtherBlock]:
+def read_blocks(stream: IO[bytes], layout: Layout, line: int) -> Iterator[RegularBlock | OtherBlock]:
     """Cut UTF-8 text without quotation marks into blocks; `line` is the number of the stream's first line."""
     rest = b""
     while block := stream.read(BLOCK_BYTES):
         whole, newline, begun = (rest + block).rpartition(b"\n")
         rest = begun
         if newline:
-            yield _block(whole + newline, delimiter, width, line)
-            line += whole.count(b"\n") + 1
+            text = whole + newline
+            lines = text.count(b"\n")
+            yield _block(text, layout, line, lines)
+            line += lines
     if rest:
-        yield _block(rest, delimiter, width, line)
+        yield _block(rest, layout, line, rest.count(b"\n") + 1)
 
 
 def longest_line(stream: IO[bytes]) -> int:
@@ -130,25 +141,57 @@ def longest_line(stream: IO[bytes]) -> int:
     return max(longest, open_line)
 
 
-def _block(text: bytes, delimiter: str, width: int, line: int) -> RegularBlock | OtherBlock:
+def _block(text: bytes, layout: Layout, line: int, lines: int) -> RegularBlock | OtherBlock:
+    if b"\r" not in text or text.count(b"\r") == text.count(b"\r\n"):
+        columns = _numbers_and_texts(text, layout, lines)
+        if columns is None:
+            columns = _columns(text, layout, frozenset(), lines)
+        if columns is not None:
+            return RegularBlock(line, columns)
+    return OtherBlock(line, text.decode("utf-8"))
+
+
+def _numbers_and_texts(text: bytes, layout: Layout, lines: int) -> list[ArrowCells | Floats] | None:
+    """Columns of which some are converted as they are parted; None where that might hide how they are written.
+
+    The way by texts tells of infinities, words for nothing and decimal commas, and whether there are decimal points.
+    """
+    if not layout.numbers or (layout.delimiter != "," and b"," in text):
+        return None
+    columns = _columns(text, layout, layout.numbers, lines)
+    if columns is None:
+        return None
+    found = [column for column in columns if isinstance(column, np.ndarray)]
+    broken = any((column != np.floor(column))[np.isfinite(column)].any() for column in found)
+    return columns if broken == (b"." in text) else None
+
+
+def _columns(text: bytes, layout: Layout, numbers: frozenset[int], lines: int) -> list[ArrowCells | Floats] | None:
+    """Cells of each column; None where a line is no record, or a cell of the `numbers` is not a plain one."""
     import pyarrow as pa
     from pyarrow import csv as arrow_csv
 
-    lines = text.count(b"\n") + (not text.endswith(b"\n"))
-    if text.count(b"\r") == text.count(b"\r\n"):
-        names = [str(i) for i in range(width)]
-        try:
-            table = arrow_csv.read_csv(
-                pa.BufferReader(text),
-                read_options=arrow_csv.ReadOptions(column_names=names, use_threads=False, block_size=len(text) + 1),
-                parse_options=arrow_csv.ParseOptions(delimiter=delimiter, quote_char=False),
-                convert_options=arrow_csv.ConvertOptions(
-                    column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False
-                ),
-            )
-        except pa.ArrowInvalid:
-            pass
-        else:
-            if table.num_rows == lines:
-                return RegularBlock(line, [ArrowCells(column.combine_chunks()) for column in table.columns])
-    return OtherBlock(line, text.decode("utf-8"))
+    names = [str(i) for i in range(layout.width)]
+    types = {name: pa.float64() if i in numbers else pa.string() for i, name in enumerate(names)}
+    try:
+        table = arrow_csv.read_csv(
+            pa.BufferReader(text),
+            read_options=arrow_csv.ReadOptions(column_names=names, use_threads=False, block_size=len(text) + 1),
+            parse_options=arrow_csv.ParseOptions(delimiter=layout.delimiter, quote_char=False),
+            convert_options=arrow_csv.ConvertOptions(column_types=types, null_values=[""], strings_can_be_null=False),
+        )
+    except pa.ArrowInvalid:
+        return None
+    if table.num_rows != lines:
+        return None
+    out: list[ArrowCells | Floats] = []
+    for i, column in enumerate(table.columns):
+        cells = column.combine_chunks()
+        if i not in numbers:
+            out.append(ArrowCells(cells))
+            continue
+        values = np.array(cells.to_numpy(zero_copy_only=False), np.float64)
+        if int(np.isfinite(values).sum()) != len(cells) - cells.null_count:
+            return None
+        out.append(values)
+    return out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Protocol
@@ -62,8 +62,11 @@ class Rows(Protocol):
     def start_utc(self) -> str | None:
         """The instant from which relative times count, where the file itself tells it."""
 
-    def chunks(self, findings: Findings, max_rows: int) -> Iterator[Chunk]:
-        """Yield all rows; those that are none are rejected. Raises InputError past `max_rows`."""
+    def chunks(self, findings: Findings, max_rows: int, numbers: Collection[str] = ()) -> Iterator[Chunk]:
+        """Yield all rows; those that are none are rejected. Raises InputError past `max_rows`.
+
+        The columns `numbers` will be read as numbers and nothing else, so a text may convert them at once.
+        """
 
 
 def require_column(rows: Rows, name: str, pointer: str) -> None:

@@ -11,7 +11,7 @@ from algorithms.errors import InputError
 from backend.files import records, regular_blocks
 from backend.files.options import ReadLimits
 from backend.files.reading import NamedFile, read_recording
-from backend.files.regular_blocks import OtherBlock, RegularBlock, longest_line, read_blocks
+from backend.files.regular_blocks import Layout, OtherBlock, RegularBlock, longest_line, read_blocks
 
 HEADER = "time_s,target,toa_1_ns,toa_2_ns,toa_3_ns,toa_4_ns,altitude_m\n"
 
@@ -52,6 +52,13 @@ CASES = {
     "nothing measured": changed(30, "3,a,,,,,\n"),
     "the same row twice": changed(30, rows(30)[29]),
     "decimal commas": (HEADER + "".join(rows(60))).replace(",", ";").replace(".", ","),
+    "semicolons": (HEADER + "".join(rows(60))).replace(",", ";"),
+    "decimal commas among points": changed(30, "3,a,1§5,2.5,3,4,5\n").replace(",", ";").replace("§", ","),
+    "whole numbers, one with a point": HEADER + "".join(f"{i},a,1,2,3,4,{i}{'.0' * (i == 30)}\n" for i in range(60)),
+    "points in the names alone": HEADER + "".join(f"{i},a.b,1,2,3,4,5\n" for i in range(60)),
+    "parts of whole numbers without a point": HEADER + "".join(f"{i},a,1,2,3,4,25e-1\n" for i in range(60)),
+    "every row four times": HEADER + "".join(row for row in rows(15) for _ in range(4)),
+    "minus zero": HEADER + "".join(f"{i // 2},a,{'-' * (i % 2)}0.0,2,3,4,5\n" for i in range(60)),
     "a formula": changed(30, "3,'=1+1,1,2,3,4,5\n"),
 }
 
@@ -84,7 +91,7 @@ def test_too_many_rows_are_refused_in_blocks_too(tmp_path: Path, monkeypatch: py
 def test_only_the_block_with_the_odd_line_is_read_line_by_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(regular_blocks, "BLOCK_BYTES", 30)
     text = b"".join(b"%d,x\n" % i if i != 12 else b"12\n" for i in range(30))
-    blocks = list(read_blocks(io.BytesIO(text), ",", 2, 2))
+    blocks = list(read_blocks(io.BytesIO(text), Layout(",", 2), 2))
     assert {type(block) for block in blocks} == {RegularBlock, OtherBlock}
     lines: list[tuple[int, list[str]]] = []
     for block in blocks:
