@@ -13,18 +13,23 @@ from algorithms.multilateration.tables import position_errors
 from algorithms.recording import ToaMarks
 from algorithms.result import Metric, Result
 from algorithms.toolbox.kernels.symmetric import unpack
-from algorithms.toolbox.metrics.position import claim_metrics, error_metrics, nees
+from algorithms.toolbox.metrics.position import claim_metrics, error_metrics, mean_nees, normalised_squares
 
 Floats = NDArray[np.float64]
+
+# Covariances unpacked at once: more take no less time, and the memory of all of them.
+_AT_ONCE = 1 << 14
 
 
 def measure(recording: ToaMarks, result: Result) -> list[Metric]:
     """Return the metrics of a result; those that need truth only where there is truth."""
     a = result.arrays
     covariance = position_covariance(result)
+    errors = position_errors(recording, result) if recording.has_truth else None
     what = _What(
-        errors_m=position_errors(recording, result) if recording.has_truth else None,
-        covariance_m2=covariance,
+        errors_m=errors,
+        # Once for all marks: metrics of a target take theirs.
+        squares=None if errors is None else _squares(errors, covariance),
         answered=np.isfinite(a["state"][:, 0]),
         drms_m=np.sqrt(covariance[:, 0] + covariance[:, 2]),
         # A mark whose noise was scaled up is a decision, listed as such; one late reception would drown the mean.
@@ -43,7 +48,7 @@ class _What(NamedTuple):
     """What metrics are made of: (mark, ..., trial)."""
 
     errors_m: Floats | None
-    covariance_m2: Floats
+    squares: Floats | None
     answered: NDArray[np.bool_]
     drms_m: Floats
     nis: Floats
@@ -55,9 +60,19 @@ def _of(what: _What, rows: slice | NDArray[np.int64], target: str) -> list[Metri
         return np.moveaxis(values[rows], -1, 0).reshape(-1, *values.shape[1:-1])
 
     out: list[Metric] = []
-    if what.errors_m is not None:
-        errors = flat(what.errors_m)
-        out += error_metrics(errors, target)
-        out.append(nees(errors, unpack(flat(what.covariance_m2), axis=1), target))
+    if what.errors_m is not None and what.squares is not None:
+        out += error_metrics(flat(what.errors_m), target)
+        out.append(mean_nees(flat(what.squares), target))
     out += claim_metrics(flat(what.answered), flat(what.drms_m), flat(what.nis), flat(what.dof), target)
+    return out
+
+
+def _squares(errors_m: Floats, covariance_m2: Floats) -> Floats:
+    """(mark, trial): normalised squares of errors (mark, 3, trial) with covariances (mark, 6, trial)."""
+    out = np.empty((len(errors_m), errors_m.shape[2]))
+    for trial in range(errors_m.shape[2]):
+        for start in range(0, len(errors_m), _AT_ONCE):
+            some = slice(start, start + _AT_ONCE)
+            full = unpack(covariance_m2[some, :, trial], axis=1)
+            out[some, trial] = normalised_squares(errors_m[some, :, trial], full)
     return out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,15 +34,47 @@ _ACCELERATION = [2, 5, 8]
 
 def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
     """Return the tables states, errors (with truth), tracks, decisions and receivers of one recording."""
+    rows = _Rows.of(recording, result)
     tables = {
-        "states": _states(recording, result),
+        "states": _states(recording, result, rows),
         "tracks": _tracks(recording, result),
-        "decisions": _decisions(recording, result),
+        "decisions": _decisions(recording, result, rows),
         "receivers": _receivers(recording, result),
     }
     if recording.has_truth:
-        tables["errors"] = _errors(recording, result)
+        tables["errors"] = _errors(recording, result, rows)
     return tables
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Which mark, trial, track and target each row is of: trial by trial, marks in time order.
+
+    Of a long recording each table has the same columns, once in memory.
+    """
+
+    trial: NDArray[np.float64]
+    track: NDArray[np.float64]
+    row: NDArray[np.int64]
+    target: Texts
+
+    @classmethod
+    def of(cls, recording: ToaMarks, result: Result) -> _Rows:
+        a = result.arrays
+        marks, trials = a["time_s"].shape
+        track = _flat(a["track"])
+        # An uploaded recording is no trial.
+        trial = np.full(marks, np.nan) if trials == 1 else np.repeat(np.arange(trials, dtype=float), marks)
+        return cls(
+            trial=trial,
+            track=np.where(track > 0, track, np.nan),
+            row=a["row"] if trials == 1 else np.tile(a["row"], trials),
+            target=Texts.coded(np.tile(recording.target, trials), recording.targets),
+        )
+
+    def taken(self, keep: NDArray[np.bool_] | NDArray[np.int64]) -> _Rows:
+        """Only these rows."""
+        return _Rows(self.trial[keep], self.track[keep], self.row[keep], self.target[keep])
 
 
 def _flat(array: NDArray[Any]) -> NDArray[Any]:
@@ -49,32 +82,13 @@ def _flat(array: NDArray[Any]) -> NDArray[Any]:
     return array.T.reshape(-1)
 
 
-def _targets(recording: ToaMarks, trials: int) -> Texts:
-    return Texts.coded(np.tile(recording.target, trials), recording.targets)
-
-
-def _trial_column(marks: int, trials: int) -> NDArray[np.float64]:
-    """Trial numbers; empty for an uploaded recording, which is no trial."""
-    if trials == 1:
-        return np.full(marks, np.nan)
-    return np.repeat(np.arange(trials, dtype=float), marks)
-
-
-def _or_nan(track: NDArray[Any]) -> NDArray[np.float64]:
-    return np.where(track > 0, track, np.nan)
-
-
-def _states(recording: ToaMarks, result: Result) -> Table:
+def _states(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
     a = result.arrays
-    state, cov = a["state"], position_covariance(result)
-    marks, trials = a["time_s"].shape
+    state, cov, time = a["state"], position_covariance(result), a["time_s"]
     sd = np.sqrt(cov[:, [0, 2, 5]])
-    time = np.where(np.isfinite(a["time_s"]), a["time_s"], recording.time_s[:, None])
-    columns: dict[str, Any] = {
-        "trial": _trial_column(marks, trials),
-        "track": _or_nan(_flat(a["track"])),
-        "time_s": _flat(time),
-    }
+    if not np.isfinite(time).all():
+        time = np.where(np.isfinite(time), time, recording.time_s[:, None])
+    columns: dict[str, Any] = {"trial": rows.trial, "track": rows.track, "time_s": _flat(time)}
     for prefix, where, unit in (
         ("", _POSITION, "m"),
         ("velocity_", _VELOCITY, "mps"),
@@ -89,8 +103,8 @@ def _states(recording: ToaMarks, result: Result) -> Table:
     columns["dof"] = _flat(a["dof"])
     columns["status"] = Texts.coded(_flat(a["status"]), lanes.STATUS)
     columns["used"] = _used(recording.stations, a["used"], a["altitude_used"])
-    columns["row"] = np.tile(a["row"], trials)
-    columns["target"] = _targets(recording, trials)
+    columns["row"] = rows.row
+    columns["target"] = rows.target
     columns["covariance_east_north_m2"] = _flat(cov[:, 1])
     return Table(columns)
 
@@ -115,24 +129,30 @@ def position_errors(
     return errors
 
 
-def _errors(recording: ToaMarks, result: Result) -> Table:
+def _errors(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
     a = result.arrays
     errors = position_errors(recording, result)
     velocity = a["state"][:, _VELOCITY] - recording.truth_velocity_mps[:, :, None]
     keep = np.isfinite(_flat(errors[:, 0]))
-    marks, trials = a["time_s"].shape
+    if not keep.all():
+        rows = rows.taken(keep)
+
+    def column(values: NDArray[Any]) -> NDArray[Any]:
+        flat = _flat(values)
+        return flat if keep.all() else flat[keep]
+
     return Table(
         {
-            "trial": _trial_column(marks, trials)[keep],
-            "track": _or_nan(_flat(a["track"]))[keep],
-            "target": _targets(recording, trials)[keep],
-            "time_s": _flat(a["time_s"])[keep],
-            "error_east_m": _flat(errors[:, 0])[keep],
-            "error_north_m": _flat(errors[:, 1])[keep],
-            "error_up_m": _flat(errors[:, 2])[keep],
-            "error_horizontal_m": _flat(np.hypot(errors[:, 0], errors[:, 1]))[keep],
-            "error_velocity_mps": _flat(np.linalg.norm(velocity, axis=1))[keep],
-            "row": np.tile(a["row"], trials)[keep],
+            "trial": rows.trial,
+            "track": rows.track,
+            "target": rows.target,
+            "time_s": column(a["time_s"]),
+            "error_east_m": column(errors[:, 0]),
+            "error_north_m": column(errors[:, 1]),
+            "error_up_m": column(errors[:, 2]),
+            "error_horizontal_m": column(np.hypot(errors[:, 0], errors[:, 1])),
+            "error_velocity_mps": column(np.linalg.norm(velocity, axis=1)),
+            "row": rows.row,
         }
     )
 
@@ -197,27 +217,27 @@ def _end_reason(
     return lanes.REASONS[reason[first]] or "restarted"
 
 
-def _decisions(recording: ToaMarks, result: Result) -> Table:
+def _decisions(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
     """List every mark that was not simply used: what was decided, against which threshold, and why."""
     a = result.arrays
     status, reason = _flat(a["status"]), _flat(a["reason"])
     keep = np.flatnonzero(~np.isin(status, _PLAINLY_USED) | (reason == lanes.R_TOGETHER))
-    marks, trials = a["time_s"].shape
+    rows = rows.taken(keep)
     nis, dof = _flat(a["nis"])[keep], _flat(a["dof"])[keep]
     scaled = status[keep] == lanes.DOWNWEIGHTED
     threshold = np.where(scaled, lanes.SCALE_FROM_SIGMA * np.sqrt(dof), np.nan)
     return Table(
         {
-            "track": _or_nan(_flat(a["track"]))[keep],
-            "row": np.tile(a["row"], trials)[keep],
-            "time_s": np.tile(recording.time_s, trials)[keep],
+            "track": rows.track,
+            "row": rows.row,
+            "time_s": recording.time_s[keep % len(recording)],
             "decision": Texts.coded(status[keep], lanes.STATUS),
             "distance": np.sqrt(nis),
             "threshold": threshold,
             "probability": np.full(keep.size, np.nan),
             "reason": _reasons(result, reason, keep),
-            "target": _targets(recording, trials)[keep],
-            "trial": _trial_column(marks, trials)[keep],
+            "target": rows.target,
+            "trial": rows.trial,
             "code": Texts.coded(reason[keep], lanes.REASON_CODES),
         }
     )

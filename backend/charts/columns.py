@@ -44,17 +44,49 @@ def codes(table: Table, *names: str) -> Ints:
         column = table.columns.get(name)
         if column is None:
             continue
-        _, inverse = np.unique(_ordered(column), return_inverse=True)
-        _, out = np.unique(out * (int(inverse.max(initial=0)) + 1) + inverse, return_inverse=True)
+        places = _places(column)
+        count = int(places.max(initial=0)) + 1
+        if count > 1:
+            out = places if not out.any() else _counted(out * count + places)
     return out
 
 
-def _ordered(column: Column) -> NDArray[Any]:
-    """Numbers, or for texts their places in the alphabet."""
-    if not isinstance(column, Texts):
-        return column
-    _, places = np.unique([text or "" for text in column.categories], return_inverse=True)
-    return column.mapped(places)
+def _places(column: Column) -> Ints:
+    """Numbers that are ordered as the values are: those of texts as in the alphabet, NaN last."""
+    if isinstance(column, Texts):
+        _, places = np.unique([text or "" for text in column.categories], return_inverse=True)
+        return _counted(column.mapped(places))
+    return _counted(column)
+
+
+def _counted(values: NDArray[Any]) -> Ints:
+    """Places of values among the distinct ones; of whole numbers close together, such as tracks, without sorting."""
+    absent = np.isnan(values)
+    if absent.all():
+        return np.zeros(values.size, np.int64)
+    known = values[~absent]
+    low, high = known.min(), known.max()
+    if not np.isfinite(high - low) or high - low > values.size or (known != np.floor(known)).any():
+        return np.unique(values, return_inverse=True)[1].astype(np.int64)
+    last = int(high - low) + 1
+    offset = np.where(absent, last, values - low).astype(np.int64)
+    present = np.zeros(last + 1, bool)
+    present[offset] = True
+    return (np.cumsum(present) - 1)[offset]
+
+
+def by_key_and_time(key: Ints, time: Floats) -> Ints:
+    """Order by key, then time: what `np.lexsort((time, key))` gives, and much sooner where time rises."""
+    if (
+        key.size
+        and int(key.min()) >= 0
+        and int(key.max()) < 1 << 16
+        and not (np.diff(time) < 0).any()
+        and np.isfinite(time).all()
+    ):
+        # Sixteen bits are sorted by their digits.
+        return np.argsort(key.astype(np.uint16), kind="stable")
+    return np.lexsort((time, key))
 
 
 def row_numbers(table: Table) -> Ints:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from algorithms.result import Table
 from algorithms.texts import Texts
-from backend.charts.columns import Floats, Ints, codes, numbers, row_numbers, used_marks, words
+from backend.charts.columns import Floats, Ints, by_key_and_time, codes, numbers, row_numbers, used_marks, words
 from backend.charts.decimate import line_starts
 from backend.charts.view import Entry
 
@@ -74,7 +74,7 @@ def estimates_of(entry: Entry) -> Estimates:
     table = entry.table("states")
     time = numbers(table, "time_s")
     track = codes(table, "trial", "track")
-    order = np.lexsort((time, track))
+    order = by_key_and_time(track, time)
     track = track[order]
     velocity = numbers(table, "velocity_east_mps")
     return Estimates(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from algorithms.recording import PolarPlots, Recording
 from algorithms.site import Site
 from backend.charts import theme
-from backend.charts.columns import Floats
+from backend.charts.columns import Floats, by_key_and_time
 from backend.charts.decimate import Picked, curve, line_starts, thin
 from backend.charts.figure import (
     ChartNote,
@@ -59,7 +59,7 @@ class Plane:
             target, time, position = tracks.target[seen], tracks.time_s[seen], tracks.position_m[seen]
             names, row, when = tracks.targets, np.full(len(time), -1), "%{text:.3f} s"
         elif recording.has_truth:
-            order = np.lexsort((recording.time_s, recording.target))
+            order = by_key_and_time(recording.target, recording.time_s)
             target, time, row = recording.target[order], recording.time_s[order], recording.row[order]
             position, names, when = recording.truth_m[order], recording.targets, MARK
         else:

@@ -9,7 +9,7 @@ import numpy as np
 from algorithms.recording import PolarPlots, Recording, ToaMarks
 from algorithms.toolbox.frames.earth import altitude_from_position, sphere, wgs84
 from backend.charts import theme
-from backend.charts.columns import Floats
+from backend.charts.columns import Floats, by_key_and_time
 from backend.charts.decimate import Picked, curve, line_starts, thin
 from backend.charts.estimates import Estimates, estimates_of
 from backend.charts.figure import (
@@ -117,7 +117,7 @@ def _add_decoded(
 def _add_truth(
     recording: Recording, truth: Floats, options: ChartOptions, traces: list[Trace], picked: list[Picked]
 ) -> None:
-    order = np.lexsort((recording.time_s, recording.target))
+    order = by_key_and_time(recording.target, recording.time_s)
     target, time = recording.target[order], recording.time_s[order]
     points = curve(time, (truth[order],), line_starts(target, time), options.curve_points)
     if points.of == 0:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from algorithms.toolbox.frames.earth import altitude_from_position, sphere, wgs84
 from backend.charts import theme
-from backend.charts.columns import Floats, Ints
+from backend.charts.columns import Floats, Ints, by_key_and_time
 from backend.charts.decimate import Picked, curve, line_starts
 from backend.charts.estimates import estimates_of
 from backend.charts.figure import ChartNote, Trace, axis, figure, hover, line_of, not_applicable, time_axis, trace
@@ -43,7 +43,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             differences.append(
                 _add(entry, position, states.time_s, states.starts, states.row, targets, earth, options, traces, picked)
             )
-    order = np.lexsort((recording.time_s, recording.target))
+    order = by_key_and_time(recording.target, recording.time_s)
     differences.append(
         _add(
             None,

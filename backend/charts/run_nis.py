@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from backend.charts import theme
 from backend.charts.bins import TimeBins, time_bins
 from backend.charts.chi_square import chi_square_band
-from backend.charts.columns import Floats, Ints
+from backend.charts.columns import Floats, Ints, texts
 from backend.charts.decimate import Picked, thin
 from backend.charts.estimates import Estimates, estimates_of
 from backend.charts.figure import (
@@ -113,8 +113,8 @@ def _innovations(entry: Entry) -> Innovations:
     known = np.flatnonzero(np.isfinite(nis) & (dof > 0))
     nis, dof = nis[known], dof[known]
     low, high = chi_square_band(dof)
-    status = states.words("status")[known]
-    doubted = ~states.used[known] | np.fromiter((one in DOUBTED for one in status), bool, known.size)
+    status = texts(states.table, "status")[states.order[known]]
+    doubted = ~states.used[known] | status.mapped(np.array([one in DOUBTED for one in status.categories], bool))
     return Innovations(entry, states, known, nis, dof, (nis >= low) & (nis <= high), doubted)
 
 

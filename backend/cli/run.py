@@ -93,6 +93,8 @@ def _unfit(name: str, takes: tuple[str, ...], kind: str) -> Exception:
 
 
 def _computed(entry: Entry, recording: Recording, seed: int) -> Outcome:
+    import numpy as np
+
     from backend.files.store import write_arrays
     from backend.jobs.work import Block, run_block
 
@@ -104,7 +106,7 @@ def _computed(entry: Entry, recording: Recording, seed: int) -> Outcome:
         label=entry.label,
         parameters=entry.parameters,
         seed=seed,
-        recordings=(("", packed.getvalue()),),
+        recordings=[("", np.frombuffer(packed.getbuffer(), np.uint8))],
     )
     with ProgressBar(entry.name) as bar:
         outcome = run_block(block, bar.show)

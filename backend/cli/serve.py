@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from backend.cli.large_blocks import give_back_large_blocks
 from backend.cli.terminal import UsageError, settings_of
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def serve(options: argparse.Namespace) -> int:
         )
     _log_to_stderr()
     listening = _listen(settings)
+    give_back_large_blocks()
     # A client that connects from now on waits in the socket's queue until the server is up.
     from backend.server import Server
 

@@ -80,9 +80,10 @@ class Flights:
             if active is not None:
                 with self._live.failing(active, flight.position):
                     run, plan, position = active.run, active.plan, flight.position
-                    arrays = ledger.keep(self._database, self._store, run, plan, position, outcome)
-                    active.finished.add(position)
-                    self._live.gather(active, position, arrays)
+                    if not self._live.finish_with(active, position, outcome):
+                        arrays = ledger.keep(self._database, self._store, run, plan, position, outcome)
+                        active.finished.add(position)
+                        self._live.gather(active, position, arrays)
             self._arrived.popleft()
 
     def _landed(self, token: str) -> None:

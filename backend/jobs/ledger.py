@@ -72,7 +72,7 @@ def block_of(database: Database, store: Store, run: runs.Run, plan: Plan, positi
         label=entry.label,
         parameters=entry.parameters,
         seed=run.seed,
-        recordings=tuple((name, store.get_bytes(sha256)) for name, sha256 in sources),
+        recordings=[(name, store.get_contents(sha256)) for name, sha256 in sources],
     )
 
 
@@ -116,14 +116,31 @@ def keep(
         sha256 = store.put_arrays(arrays)
         with database.write() as connection:
             outcomes.store_block(connection, run.id, position, sha256)
-            events.append_log(connection, run.id, f"{label}: finished in {outcome.seconds:.2f} s.")
-            for note in outcome.notes:
-                events.append_log(connection, run.id, f"{label}: {note['detail']}", "warning")
+            for text, level in _log_of(label, outcome):
+                events.append_log(connection, run.id, text, level)
     return arrays
 
 
-def finish(database: Database, store: Store, run: runs.Run, plan: Plan, gathering: Gathering | None = None) -> None:
-    """Put the stored blocks of a run together and make it succeeded; `gathering` has seen some of them already."""
+def _log_of(label: str, outcome: Outcome) -> list[tuple[str, events.LogLevel]]:
+    """Lines of the log about a finished block."""
+    return [
+        (f"{label}: finished in {outcome.seconds:.2f} s.", "info"),
+        *((f"{label}: {note['detail']}", "warning") for note in outcome.notes),
+    ]
+
+
+def finish(
+    database: Database,
+    store: Store,
+    run: runs.Run,
+    plan: Plan,
+    gathering: Gathering | None = None,
+    last: tuple[int, Outcome] | None = None,
+) -> None:
+    """Put the stored blocks of a run together and make it succeeded; `gathering` has seen some of them already.
+
+    `last` is the one algorithm that came back only now: it goes into the result without being stored for itself.
+    """
     with database.read() as connection:
         blobs = outcomes.finished_blocks(connection, run.id)
     if isinstance(plan, TrialsPlan):
@@ -136,7 +153,9 @@ def finish(database: Database, store: Store, run: runs.Run, plan: Plan, gatherin
             gathering.add(position, store.get_arrays(blobs[position]))
         composed = trial_results.compose(gathering, run.source.get("study"))
     else:
-        blocks = [outcome_of(store.get_arrays(blobs[p])) for p in range(plan.size)]
+        # The last one takes the form of the stored ones: the order of arrays in the result must not tell them apart.
+        arrived = {} if last is None else {last[0]: block_arrays(last[1])}
+        blocks = [outcome_of(arrived.get(p) or store.get_arrays(blobs[p])) for p in range(plan.size)]
         composed = results.compose([e.label for e in run.algorithms], blocks)
         sources = _recordings_of(database, run)
         if len(sources) > 1:
@@ -160,6 +179,8 @@ def finish(database: Database, store: Store, run: runs.Run, plan: Plan, gatherin
             ):
                 outcomes.store_tables(connection, run.id, composed.tables)
                 outcomes.forget_blocks(connection, run.id)
+                for text, level in [] if last is None else _log_of(plan.name_of(last[0]), last[1]):
+                    events.append_log(connection, run.id, text, level)
                 events.append_log(connection, run.id, "Succeeded.")
     collect(database, store, {sha256, *blobs.values()})
 

@@ -21,7 +21,8 @@ from backend.errors import STORAGE_CODES, UnavailableError
 from backend.files.store import Store
 from backend.jobs import ledger
 from backend.jobs.collection import collect
-from backend.jobs.plan import TrialsPlan, plan_of
+from backend.jobs.outcome import Outcome
+from backend.jobs.plan import RecordingPlan, TrialsPlan, plan_of
 from backend.jobs.schedule import ActiveRun, monotonic
 
 logger = logging.getLogger(__name__)
@@ -74,6 +75,17 @@ class LiveRuns:
                 with self.failing(active):
                     ledger.finish(self._database, self._store, active.run, active.plan, active.gathering)
                     self.active.pop(active.run.id, None)
+
+    def finish_with(self, active: ActiveRun, position: int, outcome: Outcome) -> bool:
+        """Compose the result of a run on recordings whose last algorithm has come back; False where others are missing.
+
+        To store it for itself first would write a long result twice.
+        """
+        if not isinstance(active.plan, RecordingPlan) or len(active.finished) + 1 < active.plan.size:
+            return False
+        ledger.finish(self._database, self._store, active.run, active.plan, last=(position, outcome))
+        self.active.pop(active.run.id, None)
+        return True
 
     def gather(self, active: ActiveRun, position: int, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Add a stored block to the statistics of its run; a third run is gathered from the disk at its end."""

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.result import LazyArrays, Metric, Table
+from algorithms.texts import Texts
 from backend.files.store import json_array, json_of
+from backend.jobs.bundle import Bundle
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,32 @@ class Outcome:
     software: dict[str, str] = field(default_factory=dict)
     error: dict[str, Any] | None = None
     trace: str = ""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel with every piece of memory once, whatever shares it."""
+        columns = [column for table in self.tables.values() for column in table.columns.values()]
+        parts = [column.codes if isinstance(column, Texts) else column for column in columns]
+        bundle = Bundle.of([*map(np.asarray, self.arrays.values()), *parts])
+        categories = {i: column.categories for i, column in enumerate(columns) if isinstance(column, Texts)}
+        names = tuple(self.arrays), tuple((name, table.names) for name, table in self.tables.items())
+        rest = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("arrays", "tables")}
+        return _unbundled, (bundle, names, categories, rest)
+
+
+def _unbundled(
+    bundle: Bundle,
+    names: tuple[tuple[str, ...], tuple[tuple[str, tuple[str, ...]], ...]],
+    categories: Mapping[int, tuple[str | None, ...]],
+    rest: Mapping[str, Any],
+) -> Outcome:
+    of_arrays, of_tables = names
+    found = bundle.arrays()
+    columns = [
+        Texts(array, categories[i]) if i in categories else array for i, array in enumerate(found[len(of_arrays) :])
+    ]
+    left = iter(columns)
+    tables = {name: Table({column: next(left) for column in own}) for name, own in of_tables}
+    return Outcome(**rest, arrays=dict(zip(of_arrays, found, strict=False)), tables=tables)
 
 
 def block_arrays(outcome: Outcome) -> dict[str, NDArray[Any]]:

@@ -7,7 +7,6 @@ the death of the worker itself.
 
 from __future__ import annotations
 
-import io
 import platform
 import time
 import traceback
@@ -17,6 +16,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from algorithms.errors import AlgorithmError, FilterRoomError, InputError, ParameterError, RunCancelled
@@ -26,6 +26,7 @@ from algorithms.spec import Algorithm, Parameters, trial_stream
 from algorithms.toolbox.monte_carlo.batches import BATCH, batches
 from algorithms.toolbox.monte_carlo.sums import Sums, joined, sums_of
 from backend.files.joining import join_recordings
+from backend.files.store import read_arrays
 from backend.jobs.outcome import Outcome, block_arrays
 from backend.jobs.worker_memory import keep_freed_memory, lift_limit
 
@@ -40,7 +41,8 @@ _cancelled: set[str] = set()
 class Block:
     """One piece of a run: an algorithm on a recording, or on several as one.
 
-    `recordings` are (name, bytes of its .npz).
+    `recordings` are (name, bytes of its .npz as an array). Who computes the block takes them out as soon as they are
+    read: a long recording would stand in the memory twice.
     """
 
     token: str
@@ -48,7 +50,7 @@ class Block:
     label: str
     parameters: Mapping[str, Any]
     seed: int
-    recordings: tuple[tuple[str, bytes], ...] = field(repr=False)
+    recordings: list[tuple[str, NDArray[np.uint8]]] = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -189,10 +191,8 @@ def software() -> dict[str, str]:
 
 def _compute(block: Block, context: BlockContext) -> Outcome:
     algorithm, parameters = _prepared(block.algorithm, block.parameters)
-    read = []
-    for name, content in block.recordings:
-        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-            read.append((name, recording_from_arrays(arrays)))
+    read = [(name, recording_from_arrays(read_arrays(content))) for name, content in block.recordings]
+    block.recordings.clear()
     if len(read) == 1:
         return _outcome(algorithm, read[0][1], parameters, context)
     joined = join_recordings(read)
@@ -202,11 +202,13 @@ def _compute(block: Block, context: BlockContext) -> Outcome:
 
 def _outcome(algorithm: Algorithm, recording: Recording, parameters: Any, context: BlockContext) -> Outcome:
     result = algorithm.run(recording, parameters, context)
+    # What metrics need in between is gone before the tables come.
+    metrics = tuple(algorithm.measure(recording, result))
     return Outcome(
         "done",
         arrays=dict(result.arrays),
         tables=algorithm.tabulate(recording, result),
-        metrics=tuple(algorithm.measure(recording, result)),
+        metrics=metrics,
         settings={name: asdict(setting) for name, setting in result.settings.items()},
         notes=tuple(asdict(note) for note in result.notes),
         software=software(),

@@ -30,12 +30,14 @@ def error_metrics(errors_m: Floats, target: str = "") -> list[Metric]:
     def rms(values: Floats) -> float:
         return float(np.sqrt(np.mean(values**2)))
 
+    p75, p90, p99 = np.percentile(horizontal, (75, 90, 99)).tolist() if n else (np.nan,) * 3
+
     return [
         row("rms_horizontal_m", lambda: rms(horizontal)),
         row("median_horizontal_m", lambda: float(np.median(horizontal))),
-        row("p75_horizontal_m", lambda: float(np.percentile(horizontal, 75))),
-        row("p90_horizontal_m", lambda: float(np.percentile(horizontal, 90))),
-        row("p99_horizontal_m", lambda: float(np.percentile(horizontal, 99))),
+        row("p75_horizontal_m", lambda: p75),
+        row("p90_horizontal_m", lambda: p90),
+        row("p99_horizontal_m", lambda: p99),
         row("max_horizontal_m", lambda: float(horizontal.max())),
         row("rms_position_m", lambda: rms(np.linalg.norm(e, axis=1))),
         row("rms_east_m", lambda: rms(e[:, 0])),
@@ -47,12 +49,23 @@ def error_metrics(errors_m: Floats, target: str = "") -> list[Metric]:
 
 def nees(errors_m: Floats, covariance_m2: Floats, target: str = "") -> Metric:
     """Mean normalised position error squared per degree of freedom of errors (n, 3) and covariances (n, 3, 3)."""
-    keep = np.isfinite(errors_m).all(axis=1) & np.isfinite(covariance_m2).all(axis=(1, 2))
-    e, p = errors_m[keep], covariance_m2[keep]
-    if not len(e):
-        return Metric("nees", None, "1", 0, target=target)
-    value = float(np.mean(np.einsum("ni,ni->n", e, np.linalg.solve(p, e[:, :, None])[:, :, 0])) / e.shape[1])
-    return Metric("nees", value, "1", len(e), target=target)
+    return mean_nees(normalised_squares(errors_m, covariance_m2), target)
+
+
+def normalised_squares(errors_m: Floats, covariance_m2: Floats) -> Floats:
+    """(n,): e' P^-1 e of errors (n, 3) and covariances (n, 3, 3); NaN where either is unknown."""
+    known = np.isfinite(errors_m).all(axis=1) & np.isfinite(covariance_m2).all(axis=(1, 2))
+    e, p = errors_m[known], covariance_m2[known]
+    out = np.full(len(errors_m), np.nan)
+    out[known] = np.einsum("ni,ni->n", e, np.linalg.solve(p, e[:, :, None])[:, :, 0])
+    return out
+
+
+def mean_nees(squares: Floats, target: str = "") -> Metric:
+    """NEES per degree of freedom of normalised squares (n,) of position errors; NaN does not count."""
+    known = squares[~np.isnan(squares)]
+    value = float(np.mean(known) / 3) if known.size else None
+    return Metric("nees", value, "1", int(known.size), target=target)
 
 
 def claim_metrics(

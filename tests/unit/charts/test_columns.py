@@ -1,7 +1,8 @@
 import numpy as np
+import pytest
 
 from algorithms.result import Table
-from backend.charts.columns import codes, numbers, row_numbers, used_marks, words
+from backend.charts.columns import by_key_and_time, codes, numbers, row_numbers, used_marks, words
 from backend.charts.view import rows_of_label
 
 TABLE = Table(
@@ -31,6 +32,52 @@ def test_codes_follow_the_values_and_combine_columns() -> None:
     assert codes(TABLE, "target").tolist() == [1, 0, 2]
     assert codes(TABLE, "track", "target").tolist() == [1, 2, 0]
     assert codes(TABLE, "nothing").tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [3.0, 1.0, np.nan, 1.0, 7.0],
+        [np.nan, np.nan],
+        [5.0, 5.0, 5.0],
+        [0.25, -1.0, 0.25, np.nan],
+        [1e300, 0.0, np.inf, -np.inf, np.nan],
+        [2e9, 0.0, 1.0],
+        [],
+    ],
+)
+def test_codes_are_places_among_the_distinct_values(values: list[float]) -> None:
+    column = np.array(values)
+    expected = np.unique(column, return_inverse=True)[1]
+    np.testing.assert_array_equal(codes(Table({"track": column}), "track"), expected)
+
+
+def test_combined_codes_are_ordered_by_the_first_column() -> None:
+    random = np.random.default_rng(1)
+    trial = random.choice([0.0, 3.0, np.nan], 200)
+    track = random.integers(0, 5, 200)
+    target = random.choice(["b", "a", ""], 200).tolist()
+    found = codes(Table({"trial": trial, "track": track, "target": target}), "trial", "track", "target")
+    rows = list(zip(np.nan_to_num(trial, nan=9.0).tolist(), track.tolist(), target, strict=True))
+    places = {row: place for place, row in enumerate(sorted(set(rows)))}
+    assert found.tolist() == [places[row] for row in rows]
+
+
+@pytest.mark.parametrize("case", ["rising", "not rising", "with gaps", "many keys", "a negative key", "nothing"])
+def test_the_quick_order_is_that_of_lexsort(case: str) -> None:
+    random = np.random.default_rng(2)
+    key, time = random.integers(0, 9, 500), np.sort(random.integers(0, 100, 500)).astype(float)
+    if case == "not rising":
+        time = random.permutation(time)
+    elif case == "with gaps":
+        time[::7] = np.nan
+    elif case == "many keys":
+        key = key * 100_000
+    elif case == "a negative key":
+        key = key - 1
+    elif case == "nothing":
+        key, time = key[:0], time[:0]
+    np.testing.assert_array_equal(by_key_and_time(key, time), np.lexsort((time, key)))
 
 
 def test_unknown_rows_are_minus_one() -> None:

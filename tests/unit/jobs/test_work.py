@@ -48,7 +48,7 @@ def run_with(monkeypatch: pytest.MonkeyPatch, recording: bytes) -> Callable[...,
             "gain", "", "", "", ("toa_marks",), Gain, (), (), (), function, lambda *_: {}, lambda *_: []
         )
         monkeypatch.setattr(work, "algorithms_by_name", lambda: {"gain": algorithm})
-        block = work.Block(token, "gain", "label", parameters or {}, 7, (("", recording),))
+        block = work.Block(token, "gain", "label", parameters or {}, 7, [("", np.frombuffer(recording, np.uint8))])
         return work.run_block(block, lambda share: None)
 
     return run
@@ -137,6 +137,6 @@ def test_progress_is_throttled(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_damaged_recording_is_an_internal_error(run_with: Callable[..., work.Outcome], recording: bytes) -> None:
     with zipfile.ZipFile(io.BytesIO(recording)) as archive:
         assert "meta.npy" in archive.namelist()
-    block = work.Block("t", "gain", "label", {}, 0, (("", recording[: len(recording) // 2]),))
+    block = work.Block("t", "gain", "label", {}, 0, [("", np.frombuffer(recording[: len(recording) // 2], np.uint8))])
     outcome = work.run_block(block, lambda share: None)
     assert outcome.kind == "failed"
