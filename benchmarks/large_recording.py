@@ -149,9 +149,13 @@ def through_page(page: Page, url: str, watch: Watch, run_id: str) -> None:
         "window.blocked = 0; new PerformanceObserver((list) => { for (const task of list.getEntries())"
         " window.blocked = Math.max(window.blocked, task.duration) }).observe({ type: 'longtask', buffered: true })"
     )
-    with watch.stage("page: first screen of the run drawn") as said:
+    with watch.stage("page: opened"):
         page.goto("about:blank")
-        page.goto(f"{url}/#/runs/{run_id}")
+        page.goto(f"{url}/#/runs")
+        page.wait_for_function("() => window.Plotly")
+        page.evaluate("window.blocked = 0")
+    with watch.stage("page: first screen of the run drawn") as said:
+        page.evaluate(f"location.hash = '#/runs/{run_id}'")
         page.wait_for_function("() => document.querySelectorAll('chart-panel[data-drawn]').length >= 3")
         said["remark"] = blocked(page)
     with watch.stage("page: all charts drawn") as said:
@@ -201,6 +205,9 @@ def measure(marks: int, algorithms: list[str], folder: Path, with_browser: bool)
     """Measure the whole way of one recording with a fresh server."""
     files = long_recording(marks, folder)
     with serving(folder / f"data{marks}") as server, server.client() as api:
+        # What a server does once in its life is no part of a recording's way.
+        while api.get("/api/v1/meta").raise_for_status().json()["engine"]["state"] != "ready":
+            time.sleep(0.2)
         watch = Watch(server.process.pid)
         watch.look("worker")
         run_id = through_http(api, watch, files, algorithms)

@@ -360,6 +360,8 @@ export interface TableData {
 }
 
 export interface TraceMeta {
+  /** Names of the unbroken pieces of a line: targets, or numbers of tracks. */
+  pieces?: (string | number)[];
   /** How the page paints the markers of a crowd. */
   dot?: { symbol: string; size: number; colour: string; opacity: number; stroke: number };
   role?: "series" | "truth" | "station" | "measurement" | "bound" | "interval" | "rejected";

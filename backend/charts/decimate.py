@@ -37,6 +37,13 @@ class Picked:
             out[gap] = np.nan if out.dtype.kind == "f" else GAP if out.dtype.kind in "iu" else ""
         return out
 
+    @property
+    def piece_starts(self) -> Ints:
+        """Positions of the first points of the unbroken pieces."""
+        there = self.positions != GAP
+        begins = there & ~np.append(False, there[:-1])[: there.size]
+        return self.positions[begins]
+
 
 def line_starts(key: Ints, time: Floats) -> NDArray[np.bool_]:
     """First points of lines over points sorted by key (track, target) and time.

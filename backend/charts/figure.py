@@ -7,6 +7,7 @@ which costs more than drawing; the contract test does that once for every chart 
 Conventions the page relies on:
 
 * every trace has `meta` = `{"role", "label", "index"}`; `label` and `index` are null where no entry is meant;
+* a line of several tracks or targets may name its unbroken pieces in `meta.pieces`: a target, or a track's number;
 * points that stand for marks carry the recording's row number in `customdata` (-1 = none), and, where x is not
   time, the time in seconds in `text`;
 * `layout.meta` holds `notes` (what the reader must know: `code`, `text`, `label`), `decimated` (`shown`, `of`),
@@ -40,6 +41,9 @@ SUMMARY_POINTS = 500
 # Words in the hover (target, track, reason) for at most so many points of a trace; texts are heavy.
 HOVER_WORDS = 5000
 DECADES_WITH_DIGITS = 3.5
+# A line of more tracks or targets than the first is drawn faint; of more pieces than the second none is named.
+MANY_PIECES, MOST_PIECES = 40, 5000
+FAINT = 0.5
 
 REASONS = {
     "no_altitude": "No altitude was decoded, estimated or known.",
@@ -191,6 +195,18 @@ def log_axis(title: str, traces: Sequence[Trace], **properties: Any) -> dict[str
     values = values[values > 0]
     few = values.size == 0 or np.log10(values.max() / values.min()) <= DECADES_WITH_DIGITS
     return axis(title, type="log", dtick="D2" if few else 1, **properties)
+
+
+def name_pieces(line: Trace, names: Sequence[str | int]) -> None:
+    """Name the unbroken pieces of a line: targets, or numbers of tracks (-1 = none).
+
+    Many of them side by side are thin and faint, so that one that is looked at stands out.
+    """
+    if 1 < len(names) <= MOST_PIECES:
+        line["meta"]["pieces"] = list(names)
+    if len(set(names)) > MANY_PIECES:
+        line["line"] = line["line"] | {"width": min(line["line"]["width"], 1)}
+        line["opacity"] = FAINT
 
 
 def crowd_opacity(count: int, most: float = 0.45) -> float:

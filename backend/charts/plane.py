@@ -21,6 +21,7 @@ from backend.charts.figure import (
     counted,
     figure,
     hover,
+    name_pieces,
     not_applicable,
     outside_view,
     thousands,
@@ -84,6 +85,7 @@ class Plane:
                 **hover(points, "true position", f"{PLACE}<br>{when}", [("target", np.array(names, object)[target])]),
             )
         )
+        name_pieces(self.traces[-1], [names[target[i]] for i in points.piece_starts.tolist()])
 
     def add_plots(self) -> None:
         """Plots of radars as grey points."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from backend.charts import theme
+from backend.charts.columns import Ints
 from backend.charts.decimate import curve, thin
 from backend.charts.ellipse import error_ellipses
 from backend.charts.estimates import Estimates, estimates_of
@@ -15,6 +16,7 @@ from backend.charts.figure import (
     hover,
     line_of,
     marker_of,
+    name_pieces,
     not_applicable,
     trace,
 )
@@ -26,8 +28,6 @@ TITLE = "Plan"
 ELLIPSES = 60
 # Markers of more estimates than this touch each other and are drawn smaller.
 FEW_MARKS = 600
-# What the hover tells of an estimate: a word, and the column that holds what it means.
-TOLD = (("track", "track"), ("target", "target"), ("", "status"))
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -87,6 +87,14 @@ def _add_tracks(plane: Plane, entry: Entry, states: Estimates, options: ChartOpt
             ),
         )
     )
+    if states.moving:
+        name_pieces(plane.traces[-1], _names_of(states, points.piece_starts))
+
+
+def _names_of(states: Estimates, starts: Ints) -> list[str | int]:
+    """Names of the pieces that begin at these places: the target, or else the number of the track."""
+    tracks = np.nan_to_num(states.numbers("track")[starts], nan=-1).astype(int).tolist()
+    return [target or track for target, track in zip(states.words_at("target")(starts), tracks, strict=True)]
 
 
 def _add_unused(plane: Plane, entry: Entry, states: Estimates, options: ChartOptions) -> None:

@@ -6,6 +6,7 @@ import { h, put, svg } from "../js/dom.js";
 import { t } from "../js/i18n.js";
 import { describePoints, isOverTime, rowOf } from "../js/figure.js";
 import { Moments } from "../js/moments.js";
+import { pieceAt, pieceName } from "../js/pieces.js";
 
 /** @import { PlotlyElement } from "../types.d.ts" */
 /** @import { ChartPanel } from "./chart-panel.js" */
@@ -22,7 +23,7 @@ const TRAIL_POINTS = 300;
 export class ChartCursor {
   /** Which points stand at an instant; null until the chart is drawn. @type {Moments | null} */
   moments = null;
-  /** @type {Point[]} */
+  /** @type {(Point & {piece: ReturnType<typeof pieceAt>})[]} */
   marked = [];
   /** The mark under the pointer in a plan. @type {Mark | null} */
   hovered = null;
@@ -188,7 +189,7 @@ export class ChartCursor {
   /** Follow the cursor that all charts of the page share. */
   show() {
     const { time, row, locked } = this.bus?.now ?? { time: null, row: null, locked: false };
-    this.marked = time === null || !this.moments ? [] : this.moments.at(time, row);
+    this.marked = time === null || !this.moments ? [] : this.moments.at(time, row).map((point) => ({ ...point, piece: pieceAt(point.trace, point.at) }));
     this.panel.toggleAttribute("data-locked", locked);
     if (!locked) this.trailing = false;
     this.panel.toggleAttribute("data-trailing", this.trailing);
@@ -234,6 +235,9 @@ export class ChartCursor {
     this.overlay.append(inner);
     this.panel.tools?.paint(inner, layout);
     const trail = this.trailing && time !== null && this.moments ? this.moments.between(time - TRAIL_S, time, TRAIL_POINTS) : [];
+    // The track or target that the mark looked at is of, out of many.
+    const followed = this.marked.filter((point) => point.piece && point.row !== null && point.row === this.bus?.now.row);
+    inner.append(...followed.flatMap(({ trace, piece }) => outlined(trace, /** @type {NonNullable<typeof piece>} */ (piece), x, y)));
     const dot = (/** @type {any} */ point, /** @type {number} */ r, /** @type {string} */ name) => svg("circle", {
       cx: x.d2p(point.x), cy: y.d2p(point.y), r, class: name, style: `color: ${point.trace.line?.color ?? point.trace.marker?.color}`,
     });
@@ -241,15 +245,27 @@ export class ChartCursor {
   }
 
   /**
-   * @param {{trace: any, x: any, y: any, z?: any, text?: any, value?: any}[]} points
+   * @param {{trace: any, x: any, y: any, z?: any, text?: any, value?: any, piece?: {number: number} | null}[]} points
    * @param {number | null} time
    */
   describe(points, time) {
-    const parts = describePoints(points, this.figure?.layout ?? {}, time);
+    const parts = describePoints(points.map((point) => ({ ...point, of: point.piece ? pieceName(point.trace, point.piece.number) : "" })), this.figure?.layout ?? {}, time);
     put(this.strip, parts.map((part) => h("span", null,
       part.colour ? h("span", { class: "swatch", style: `border-color: ${part.colour}` }) : null,
       part.name, part.value ? " " : null, part.value ? h("b", null, part.value) : null)));
   }
+}
+
+/**
+ * A piece of a line, strong, with a rim that sets it off from the others.
+ * @param {any} trace
+ * @param {{from: number, to: number}} piece
+ * @param {any} x axes
+ * @param {any} y
+ */
+function outlined(trace, { from, to }, x, y) {
+  const places = Array.from({ length: to - from }, (_, k) => `${x.d2p(trace.x[from + k])},${y.d2p(trace.y[from + k])}`);
+  return ["piece rim", "piece"].map((name) => svg("polyline", { class: name, points: places.join(" "), style: `color: ${trace.line?.color}` }));
 }
 
 /** The mark that a point of a plan stands for. @param {any} point @returns {Mark | null} */

@@ -370,6 +370,7 @@ export default {
   "chart.fewer_points": "fewer points",
   "chart.notes": { one: "{n} note", other: "{n} notes" },
   "chart.time": "Time",
+  "chart.track": "track {n}",
   "chart.place": "E {east}, N {north} {unit}",
   "target.all": "all ({n})",
   "target.option": "{name} ({marks} marks)",

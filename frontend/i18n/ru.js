@@ -371,6 +371,7 @@ export default {
   "chart.fewer_points": "меньше точек",
   "chart.notes": { one: "{n} замечание", few: "{n} замечания", many: "{n} замечаний", other: "{n} замечания" },
   "chart.time": "Время",
+  "chart.track": "трасса {n}",
   "chart.place": "В {east}, С {north} {unit}",
   "target.all": "все ({n})",
   "target.option": "{name} (отметок: {marks})",

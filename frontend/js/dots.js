@@ -36,7 +36,7 @@ export function lengthOf(values) {
  * @param {Trace} trace
  * @returns {Dot | null}
  */
-export function dotOf({ type, mode = "", marker, x, y }) {
+export function dotOf({ type, mode = "", marker, opacity: whole = 1, x, y }) {
   if (!(type === "scatter" && mode.includes("markers")) || mode.includes("text") || !marker) return null;
   if (typeof x?.bdata !== "string" || typeof y?.bdata !== "string" || lengthOf(x) <= CROWD) return null;
   const { symbol = "circle", size = 6, color, opacity = 1, line } = marker;
@@ -44,7 +44,7 @@ export function dotOf({ type, mode = "", marker, x, y }) {
   const open = symbol.endsWith("-open");
   const shape = open ? symbol.slice(0, -5) : symbol;
   if (!(shape === "circle" || shape in POLYGONS) || (line?.width && !open)) return null;
-  return { symbol: shape, size, colour: color, opacity, stroke: open ? (line?.width ?? 1) : 0 };
+  return { symbol: shape, size, colour: color, opacity: opacity * whole, stroke: open ? (line?.width ?? 1) : 0 };
 }
 
 /**

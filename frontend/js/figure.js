@@ -195,7 +195,7 @@ export function isOverTime(figure) {
 
 /**
  * What the strip under a chart says of some points: the instant first, then a value for each entry.
- * @param {{trace: Trace, x: any, y: any, z?: any, text?: any, value?: any}[]} points
+ * @param {{trace: Trace, x: any, y: any, z?: any, text?: any, value?: any, of?: string}[]} points `of`: the track or target, where the line has several
  * @param {Record<string, any>} layout
  * @param {number | null} [time] the instant that is looked at
  * @returns {{name: string, value: string, colour: string | null}[]}
@@ -208,7 +208,7 @@ export function describePoints(points, layout, time = null) {
   };
   const said = new Set();
   const values = points.filter((point) => point.z !== null).map((point) => ({
-    name: point.trace.name ?? "", value: typeof point.x === "string" ? categoryOf(point, upOf(point.trace).unit) : isOverTime({ data: [], layout }) ? valueOf(point, upOf(point.trace).unit) : placeOf(point, layout), colour: colourOf(point.trace),
+    name: [point.trace.name, point.of].filter(Boolean).join(", "), value: typeof point.x === "string" ? categoryOf(point, upOf(point.trace).unit) : isOverTime({ data: [], layout }) ? valueOf(point, upOf(point.trace).unit) : placeOf(point, layout), colour: colourOf(point.trace),
   })).filter((part) => {
     const key = `${part.name} ${part.value}`;
     return !said.has(key) && said.add(key);

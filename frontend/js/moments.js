@@ -5,7 +5,7 @@ import { rowOf } from "./figure.js";
 
 /** @import { Trace } from "../types.d.ts" */
 
-/** @typedef {{trace: Trace, x: any, y: any, z?: any, text?: any, time: number, row: number | null}} Point */
+/** @typedef {{trace: Trace, x: any, y: any, z?: any, text?: any, time: number, row: number | null, at: number}} Point */
 /** @typedef {{trace: Trace, times: Float64Array, order: Int32Array, reach: number}} Curve */
 
 // Limits, bands and stations have no value of their own at an instant.
@@ -153,7 +153,7 @@ function nearest({ trace, times, order, reach }, time, row) {
   }
   if (best < 0 || Math.abs((times[best] ?? 0) - time) > reach) return null;
   const i = order[best] ?? 0;
-  return { trace, x: trace.x[i], y: trace.y[i], text: trace.text?.[i], time: times[best] ?? 0, row: rowOf(trace.customdata?.[i]) };
+  return { trace, x: trace.x[i], y: trace.y[i], text: trace.text?.[i], time: times[best] ?? 0, row: rowOf(trace.customdata?.[i]), at: i };
 }
 
 /** @param {Curve[]} curves */

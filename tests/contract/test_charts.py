@@ -119,7 +119,7 @@ def test_a_chart_holds_the_contract(chart: Chart, make: Callable[[], Any], optio
     assert drawn["data"]
     for trace in drawn["data"]:
         assert trace["meta"]["role"] in ROLES
-        assert set(trace["meta"]) == {"role", "label", "index"}
+        assert set(trace["meta"]) - {"pieces"} == {"role", "label", "index"}
         assert (trace["meta"]["label"] is None) == (trace["meta"]["index"] is None)
         assert trace["name"]
         for key in ("x", "y", "customdata", "text", "hovertext"):

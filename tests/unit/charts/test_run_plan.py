@@ -122,3 +122,31 @@ def test_a_million_estimates_are_a_small_figure(traces_of) -> None:
 def test_nothing_to_draw() -> None:
     view = run(marks(), {})
     assert DRAW(view, ChartOptions())["layout"]["meta"]["not_applicable"] == "no_states"
+
+
+def test_pieces_of_a_line_carry_the_names_of_their_targets(traces_of) -> None:
+    recording = marks(6, targets=2)
+    drawn = DRAW(complete_run(recording, track=np.array([1.0, 2.0] * 3)), ChartOptions())
+    (track,), (truth,) = traces_of(drawn, "series"), traces_of(drawn, "truth")
+    assert track["meta"]["pieces"] == ["t1", "t2"]
+    assert truth["meta"]["pieces"] == ["t1", "t2"]
+    assert "opacity" not in track
+
+
+def test_pieces_without_a_target_carry_the_number_of_their_track(traces_of) -> None:
+    view = complete_run(marks(4), track=np.array([7.0, 8.0, 7.0, 8.0]), target=[None] * 4)
+    (track,) = traces_of(DRAW(view, ChartOptions()), "series")
+    assert track["meta"]["pieces"] == [7, 8]
+
+
+def test_hundreds_of_tracks_are_thin_and_faint(traces_of) -> None:
+    recording = marks(300, targets=100)
+    view = complete_run(recording, track=np.arange(300) % 100 + 1.0)
+    drawn = DRAW(view, ChartOptions())
+    for (line,) in (traces_of(drawn, "series"), traces_of(drawn, "truth")):
+        assert len(line["meta"]["pieces"]) == 100
+        assert line["opacity"] < 1
+        assert line["line"]["width"] <= 1
+    # One legend for all: an entry each would cover the chart.
+    assert len(traces_of(drawn, "series")) == 1
+    figure_json(drawn)
