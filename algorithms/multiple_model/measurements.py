@@ -78,7 +78,7 @@ class Prepared:
             y=cut(self.y),
             valid=cut(self.valid),
             dof=self.dof[rows],
-            boost=np.empty((0, 0)) if boost is None else cut(boost),  # type: ignore[arg-type]
+            boost=np.empty((0, 0)) if boost is None else cut(boost),
         )
 
 

@@ -42,7 +42,8 @@ class Picked:
         """Positions of the first points of the unbroken pieces."""
         there = self.positions != GAP
         begins = there & ~np.append(False, there[:-1])[: there.size]
-        return self.positions[begins]
+        starts: Ints = self.positions[begins]
+        return starts
 
 
 def line_starts(key: Ints, time: Floats) -> NDArray[np.bool_]:

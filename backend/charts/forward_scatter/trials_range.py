@@ -6,6 +6,8 @@ the range that holds the middle 68 % of the trials always exist.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from backend.charts import theme
@@ -41,7 +43,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces.append(lost | {"y": 100 - np.asarray(lost["y"]), "showlegend": False})
     ends = np.concatenate([np.abs(s.numbers(c)) for s in found for c in (LOW, HIGH)])
     reach = 1.1 * float(np.nanpercentile(ends, VIEW)) + 1e-6
-    axes = {
+    axes: dict[str, Any] = {
         "yaxis": axis("Error, m", domain=[1 - UPPER, 1], range=[-reach, reach]),
         f"yaxis{axis_number(1)}": axis("Lost, %", domain=[0, LOWER], rangemode="tozero"),
     }
