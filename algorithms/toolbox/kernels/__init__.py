@@ -21,9 +21,8 @@ LANES = 16
 kernel = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", _nrt=True)
 inlined = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", inline="always")
 # For functions that create no array (the compiler refuses one that does): without the counting of references, which is
-# atomic and took a third of a multiple-model step, a slice or an argument costs nothing. Nothing is fused in them either:
-# the compiler cuts the loop over lanes into pieces and fused differently in each, so that a trial's last digit hung on
-# its lane.
+# atomic and took a third of a multiple-model step, a slice or an argument costs nothing. Nothing is fused here: the
+# compiler cuts the loop over lanes into pieces and fused differently in each, so that a last digit hung on the lane.
 bare = numba.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 # Where an iteration ends by comparing numbers, a last digit can decide: here no two operations may be fused, so that
 # the result does not depend on how the compiler cut the code that surrounds it.
