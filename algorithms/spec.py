@@ -127,6 +127,27 @@ class LocalContext:
         """Do nothing."""
 
 
+@dataclass(frozen=True)
+class PartOfRun:
+    """The context of one of several passes: its progress is the part of the whole between two shares."""
+
+    whole: RunContext
+    first: float
+    last: float
+
+    def random(self, lane: int) -> np.random.Generator:
+        """Random stream of the trial in a lane: the whole's."""
+        return self.whole.random(lane)
+
+    def progress(self, share: float) -> None:
+        """Report the finished share of this pass."""
+        self.whole.progress(self.first + (self.last - self.first) * share)
+
+    def check_cancelled(self) -> None:
+        """Raise RunCancelled where the user has cancelled."""
+        self.whole.check_cancelled()
+
+
 Run = Callable[[Any, Any, RunContext], Result]
 
 

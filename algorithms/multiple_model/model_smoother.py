@@ -36,7 +36,7 @@ from algorithms.multiple_model.tables import tabulate
 from algorithms.multiple_model.tracker import Filtered, ModelSet, run_bank
 from algorithms.result import Result
 from algorithms.scores import Floats, Scores
-from algorithms.spec import Algorithm, Reference, RunContext, parameter
+from algorithms.spec import Algorithm, PartOfRun, Reference, RunContext, parameter
 
 _USED = (states.UPDATED, states.STARTED, states.UNUSUAL, states.RESTARTED)
 
@@ -104,7 +104,8 @@ def manoeuvring(time_s: Floats, noisy: Floats, alarm: float, before_s: float, af
 def _smoothed(recording: Plots, parameters: ModelSmootherParameters, context: RunContext, *, lean: bool) -> Filtered:
     """Filter twice and go back; the report is the multiple-model filter's with other states, covariances and NIS."""
     chosen = models_of(parameters)
-    found = run_bank(recording, parameters, chosen, context, lean=lean)
+    first, second = PartOfRun(context, 0.0, 0.5), PartOfRun(context, 0.5, 1.0)
+    found = run_bank(recording, parameters, chosen, first, lean=lean)
     sigma = np.array([s for _, s in chosen.models])
     noisy = found.report.probability[:, sigma >= sigma.max()].sum(axis=1)
     single = ModelSet((("ca", parameters.quiet_sigma_mps2),), step_s=chosen.step_s)
@@ -117,7 +118,7 @@ def _smoothed(recording: Plots, parameters: ModelSmootherParameters, context: Ru
         )
         boost[rows] = np.where(inside, ratio, 1.0)
     forward = run_bank(
-        recording, parameters.model_copy(update={"noise_form": "rate"}), single, context, lean=False, boost=boost
+        recording, parameters.model_copy(update={"noise_form": "rate"}), single, second, lean=False, boost=boost
     )
     report = forward.report
     density = (parameters.quiet_sigma_mps2 * boost) ** 2 / chosen.step_s

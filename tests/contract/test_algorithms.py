@@ -24,7 +24,7 @@ from algorithms.toolbox.kernels.symmetric import unpack
 
 ALGORITHMS = list(algorithms_by_name().values())
 SCENARIOS = list(scenarios_by_name().values())
-GROUPS = {"measurement", "motion", "association", "start", "output"}
+GROUPS = {"measurement", "motion", "association", "start", "smoothing", "output"}
 
 each_algorithm = pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda a: a.name)
 each_of_marks = pytest.mark.parametrize(
