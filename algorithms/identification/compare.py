@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from algorithms.errors import ParameterError
 from algorithms.identification.diagnosis import diagnosed
 from algorithms.identification.filled import DOF, KEPT_PAIRS, Decided, Filled, Pairs, joined_pairs, listed_pairs
+from algorithms.identification.instants import brought_together
 from algorithms.identification.outputs import NOT_COMPARED, ONE_LINE, REJECTED, TIED
-from algorithms.identification.pairs import PairStatistics, Side, fused, pair_statistics, points_of
+from algorithms.identification.pairs import PairStatistics, Points, Side, fused, pair_statistics, points_of
 from algorithms.identification.parameters import PairParameters, TwoRadarParameters
 from algorithms.identification.plots import Look, Plots, plots_of, refuse_nothing
 from algorithms.identification.scoring import Judged
@@ -53,12 +54,14 @@ def chosen_radars(recording: PolarPlots, parameters: TwoRadarParameters) -> tupl
 
 def side_of(plots: Plots, radar: int, rows: Ints) -> Side:
     """Return the plots of one radar at one look."""
+    ahead = None if plots.ahead is None else Points(*(c[:, None] for c in plots.ahead[rows].T))
     return Side(
         plots.sites[radar],
         plots.range_m[rows],
         plots.angle_rad[rows],
         float(plots.sigma_range[radar]),
         float(plots.sigma_angle[radar]),
+        ahead,
     )
 
 
@@ -67,6 +70,8 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
     plots = plots_of(recording, parameters)
     refuse_nothing(plots)
     first, second = chosen_radars(recording, parameters)
+    together = brought_together(recording, plots, (first, second), extrapolate=parameters.extrapolate)
+    plots = together.plots
     threshold = gate_threshold(parameters.alpha, DOF)
     lanes = plots.lanes
     filled = Filled(plots)
@@ -97,8 +102,9 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
         context.check_cancelled()
         context.progress(1.0)
     pairs_made = np.concatenate(accepted) if accepted else np.empty((0, 2), np.int64)
-    hypotheses, wrong = diagnosed(recording, plots, first, second, pairs_made) if lanes == 1 else ([], [])
-    notes = [*plots.notes, *_notes(plots, recording, (first, second), unsettled, total)]
+    hypotheses, wrong = diagnosed(*together.at_instants, first, second, pairs_made) if lanes == 1 else ([], [])
+    notes = [*plots.notes, *unusable_plots(plots), *together.notes]
+    notes += _notes(plots, recording, (first, second), unsettled, total)
     notes += [*_doubts(filled), *exactness(parameters, split, ranked, truncation), *wrong]
     arrays = (
         filled.arrays()
@@ -166,6 +172,13 @@ def _time_of(recording: PolarPlots, look: Look) -> float:
     return float(min(recording.time_s[rows].min() for rows in look.rows if rows.size))
 
 
+def unusable_plots(plots: Plots) -> list[Note]:
+    """Tell how many rows cannot be used."""
+    bad = sum(1 for word in plots.bad if word)
+    text = "Plots without a usable range or azimuth are left out; see decisions."
+    return [Note("unusable_plots", text, bad)] if bad else []
+
+
 def _notes(
     plots: Plots,
     recording: PolarPlots,
@@ -174,9 +187,6 @@ def _notes(
     total: int,
 ) -> list[Note]:
     out = []
-    bad = sum(1 for word in plots.bad if word)
-    if bad:
-        out.append(Note("unusable_plots", "Plots without a usable range or azimuth are left out; see decisions.", bad))
     others = [name for k, name in enumerate(plots.names) if k not in radars]
     if others:
         count = int((~np.isin(recording.radar, radars)).sum())
@@ -198,15 +208,6 @@ def _notes(
     if total > KEPT_PAIRS:
         out.append(
             Note("pairs_not_kept", "Pairs that cannot belong together in any trial are not listed one by one.", total)
-        )
-    apart = _largest_delay(recording, plots, radars)
-    if apart > 0:
-        out.append(
-            Note(
-                "not_simultaneous",
-                f"Plots of one look are up to {apart:.3g} s apart, and a moving target goes on meanwhile: 1 s at "
-                "250 m/s shifts a pair by 250 m. Nothing is extrapolated; track_association does it.",
-            )
         )
     return out
 
@@ -259,15 +260,6 @@ def _doubts(filled: Filled) -> list[Note]:
             )
         )
     return out
-
-
-def _largest_delay(recording: PolarPlots, plots: Plots, radars: tuple[int, int]) -> float:
-    largest = 0.0
-    for look in plots.looks:
-        a, b = (recording.time_s[look.rows[r]] for r in radars)
-        if a.size and b.size:
-            largest = max(largest, float(max(a.max() - b.min(), b.max() - a.min())))
-    return largest
 
 
 def partners_both_ways(partner: Ints, m: int) -> Ints:

@@ -156,7 +156,7 @@ class Filled:
         anchor = 0 if parameters.reading == "A" else 1
         for s in (0, 1):
             own, partner, best = rows[s], decided.partner[s], decided.best[s]
-            points = points_of(sides[s], parameters.conversion)
+            points = points_of(sides[s]._replace(ahead=None), parameters.conversion)
             self.position[own] = np.stack([points.x, points.y], axis=1)
             here = np.isfinite(sides[s].range_m)
             self.decision[own] = np.where(here, decided.decision[s], self.decision[own])

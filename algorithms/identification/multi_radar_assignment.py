@@ -20,8 +20,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.identification.compare import side_of
+from algorithms.identification.compare import side_of, unusable_plots
 from algorithms.identification.filled import DOF, Filled, Pairs, joined_pairs, listed_pairs
+from algorithms.identification.instants import brought_together
 from algorithms.identification.measures import measure
 from algorithms.identification.outputs import ACCEPTED, PLOT_OUTPUTS, REJECTED, UNDECIDED
 from algorithms.identification.pairs import Points, pair_statistics, points_of
@@ -93,6 +94,9 @@ def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunCon
     """Put the plots of all radars together, look by look and trial by trial."""
     plots = plots_of(recording, parameters)
     refuse_nothing(plots)
+    radars = tuple(range(len(plots.names)))
+    together = brought_together(recording, plots, radars, extrapolate=parameters.extrapolate)
+    plots = together.plots
     filled = Filled(plots)
     threshold = gate_threshold(parameters.alpha, DOF)
     total = sum(a.size * b.size for look in plots.looks for a, b in combinations(look.rows, 2))
@@ -102,12 +106,12 @@ def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunCon
     for number, look in enumerate(plots.looks):
         points = _points(plots, look, parameters)
         for rows, one in zip(look.rows, points, strict=True):
-            filled.position[rows] = np.stack([one.x, one.y], axis=1)
+            filled.position[rows] = np.stack([one.x, one.y], axis=1) - _gone_on(plots, rows)
         for lane in range(plots.lanes):
             context.check_cancelled()
             packed, marks = _solved(plots, look, parameters, lane, points, margins=True)
             sequential += not packed.exact
-            _take(recording, filled, packed, marks, lane, parameters)
+            _take(recording, plots, filled, packed, marks, lane, parameters)
             if plots.lanes == 1:
                 kept = _accepted(packed, parameters)[1]
                 sets.append(AcceptedSets(marks[kept], packed.place[kept], packed.covariance[kept]))
@@ -116,9 +120,9 @@ def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunCon
     if not plots.looks:
         context.check_cancelled()
         context.progress(1.0)
-    radars = len(plots.names)
-    hypotheses, wrong = diagnosed_sets(recording, plots, joined_sets(sets, radars)) if plots.lanes == 1 else ([], [])
-    notes = [*plots.notes, *wrong]
+    made = joined_sets(sets, len(radars))
+    hypotheses, wrong = diagnosed_sets(*together.at_instants, made) if plots.lanes == 1 else ([], [])
+    notes = [*plots.notes, *unusable_plots(plots), *together.notes, *wrong]
     if sequential:
         notes.append(
             Note(
@@ -147,8 +151,20 @@ def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunCon
     return Result(arrays, tuple(notes), settings)
 
 
+def _gone_on(plots: Plots, rows: Ints) -> Floats:
+    """(n, 2, 1) m by how much the targets of plots went on to the instant of the look."""
+    gone: Floats = np.zeros((rows.size, 2, 1)) if plots.ahead is None else plots.ahead[rows, :2, None]
+    return gone
+
+
 def _take(
-    recording: PolarPlots, filled: Filled, packed: Packed, marks: Ints, lane: int, parameters: ManyRadarParameters
+    recording: PolarPlots,
+    plots: Plots,
+    filled: Filled,
+    packed: Packed,
+    marks: Ints,
+    lane: int,
+    parameters: ManyRadarParameters,
 ) -> None:
     share, accepted = _accepted(packed, parameters)
     for t, members in enumerate(marks):
@@ -158,7 +174,7 @@ def _take(
         filled.statistic[own, lane] = packed.statistic[t]
         if accepted[t]:
             filled.group[own, lane] = recording.row[own[0]]
-            filled.fused[own, :, lane] = packed.place[t]
+            filled.fused[own, :, lane] = packed.place[t] - _gone_on(plots, own)[:, :, 0]
             filled.covariance[own, :, lane] = packed.covariance[t]
 
 

@@ -15,7 +15,7 @@ likelihood over the place of the target.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from algorithms.errors import AlgorithmError
 from algorithms.identification.parameters import PlotConversion
 from algorithms.toolbox.association.assignment import pair_costs
 from algorithms.toolbox.association.gate import LARGEST_CONDITION
-from algorithms.toolbox.association.polar_fusion import fuse_polar
+from algorithms.toolbox.association.polar_fusion import PolarFusion, fuse_polar
 from algorithms.toolbox.frames.polar_conversion import plane_components
 
 Floats = NDArray[np.float64]
@@ -34,6 +34,16 @@ Bools = NDArray[np.bool_]
 BLOCK = 2048
 # Pairs farther apart than this by the converted points are not asked for the exact likelihood: no gate is that wide.
 FAR_STATISTIC = 400.0
+
+
+class Points(NamedTuple):
+    """Plots in the common plane, each (n, L): m and m2."""
+
+    x: Floats
+    y: Floats
+    xx: Floats
+    yy: Floats
+    xy: Floats
 
 
 class Side(NamedTuple):
@@ -47,16 +57,8 @@ class Side(NamedTuple):
     """(n, L) counter-clockwise from east"""
     sigma_range: float
     sigma_angle: float
-
-
-class Points(NamedTuple):
-    """Plots in the common plane, each (n, L): m and m2."""
-
-    x: Floats
-    y: Floats
-    xx: Floats
-    yy: Floats
-    xy: Floats
+    ahead: Points | None = None
+    """how far each target has gone on from its plot's instant to that of the look, and what covariance this adds"""
 
 
 class PairStatistics(NamedTuple):
@@ -75,7 +77,13 @@ def points_of(side: Side, conversion: PlotConversion) -> Points:
     name = "mucm" if conversion == "polar" else conversion
     cos, sin = np.cos(side.angle_rad), np.sin(side.angle_rad)
     x, y, *covariance = plane_components(side.range_m, cos, sin, side.sigma_range, side.sigma_angle, name)
-    return Points(x + side.site[0], y + side.site[1], *covariance)
+    points = Points(x + side.site[0], y + side.site[1], *covariance)
+    if side.ahead is None:
+        return points
+    if name == "paper_literal":
+        # The misprint's ellipse lies across that of the errors: what the track knows cannot be taken off it.
+        return points._replace(x=points.x + side.ahead.x, y=points.y + side.ahead.y)
+    return Points(*(a + b for a, b in zip(points, side.ahead, strict=True)))
 
 
 def pair_statistics(first: Side, second: Side, conversion: PlotConversion) -> PairStatistics:
@@ -92,7 +100,14 @@ def pair_statistics(first: Side, second: Side, conversion: PlotConversion) -> Pa
     for begin in range(0, lanes, BLOCK):
         cut = slice(begin, begin + BLOCK)
         a, b = (
-            points_of(side._replace(range_m=side.range_m[:, cut], angle_rad=side.angle_rad[:, cut]), conversion)
+            points_of(
+                side._replace(
+                    range_m=side.range_m[:, cut],
+                    angle_rad=side.angle_rad[:, cut],
+                    ahead=None if side.ahead is None else Points(*(c[:, cut] for c in side.ahead)),
+                ),
+                conversion,
+            )
             for side in (first, second)
         )
         compared_points(a, b, statistic[:, :, cut], log_determinant[:, :, cut])
@@ -124,43 +139,54 @@ def _exact(first: Side, second: Side, statistic: Floats, cost: Floats) -> int:
     i, j, lane = np.nonzero(statistic < FAR_STATISTIC)
     if not i.size:
         return 0
-    found = fuse_polar(
-        np.stack([first.site, second.site]),
-        np.stack([first.range_m[i, lane], second.range_m[j, lane]]),
-        np.stack([first.angle_rad[i, lane], second.angle_rad[j, lane]]),
-        np.array([first.sigma_range, second.sigma_range]),
-        np.array([first.sigma_angle, second.sigma_angle]),
-    )
+    found = _most_likely((first, (i, lane)), (second, (j, lane)))
     good = found.converged
     statistic[i[good], j[good], lane[good]] = found.statistic[good]
     cost[i[good], j[good], lane[good]] = found.cost[good]
     return int((~good).sum())
 
 
+def _most_likely(*plots: tuple[Side, tuple[Any, ...]]) -> PolarFusion:
+    """The most likely places from one plot of each side; which plots, their positions say."""
+    each = zip(*(_as_seen(side, chosen) for side, chosen in plots), strict=True)
+    return fuse_polar(*(np.stack(values) for values in each))
+
+
+def _as_seen(side: Side, chosen: tuple[Any, ...]) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Site (N, 2), range, angle and their standard deviations (N,) of some plots, as of the look's instant.
+
+    A target that has gone on by v looks now as it did then if the radar had stood farther by v. The doubt about v
+    widens the errors of range and azimuth by its parts along and across the line of sight.
+    """
+    r, b = side.range_m[chosen], side.angle_rad[chosen]
+    site = np.broadcast_to(side.site, (r.size, 2))
+    rr, bb = np.full(r.shape, side.sigma_range), np.full(r.shape, side.sigma_angle)
+    if side.ahead is None:
+        return site, r, b, rr, bb
+    x, y, xx, yy, xy = (c[chosen] for c in side.ahead)
+    cos, sin = np.cos(b), np.sin(b)
+    along = xx * cos**2 + yy * sin**2 + 2 * xy * sin * cos
+    across = xx * sin**2 + yy * cos**2 - 2 * xy * sin * cos
+    return site + np.stack([x, y], axis=1), r, b, np.sqrt(rr**2 + along), np.sqrt(bb**2 + across / r**2)
+
+
 def fused(first: Side, second: Side, conversion: PlotConversion, i: NDArray[np.int64]) -> tuple[Floats, Floats]:
-    """Places (n, 2, L) and covariances xx, yy, xy (n, 3, L) from each plot and its partner i (n, L), -1 = none."""
-    chosen = Side(
-        second.site,
-        _chosen(second.range_m, i),
-        _chosen(second.angle_rad, i),
-        second.sigma_range,
-        second.sigma_angle,
-    )
+    """Places (n, 2, L) and covariances xx, yy, xy (n, 3, L) from each plot and its partner i (n, L), -1 = none.
+
+    A place is that at the instant of the first side's plot; its covariance that at the instant of the look.
+    """
+    chosen = _partners(second, i)
     place, covariance = mean_of(points_of(first, conversion), points_of(chosen, conversion))
     if conversion == "polar":
         both = np.isfinite(place[:, 0])
         if both.any():
-            found = fuse_polar(
-                np.stack([first.site, second.site]),
-                np.stack([first.range_m[both], chosen.range_m[both]]),
-                np.stack([first.angle_rad[both], chosen.angle_rad[both]]),
-                np.array([first.sigma_range, second.sigma_range]),
-                np.array([first.sigma_angle, second.sigma_angle]),
-            )
+            found = _most_likely((first, (both,)), (chosen, (both,)))
             for axis in (0, 1):
                 place[:, axis][both] = found.point[:, axis]
             for k, (row, column) in enumerate(((0, 0), (1, 1), (0, 1))):
                 covariance[:, k][both] = found.covariance[:, row, column]
+    if first.ahead is not None:
+        place = place - np.stack([first.ahead.x, first.ahead.y], axis=1)
     return place, covariance
 
 
@@ -170,9 +196,7 @@ def on_one_line(first: Side, second: Side, i: NDArray[np.int64]) -> Bools:
     The azimuth error of either radar, seen along the line of sight of the other one, is then smaller than the error
     of its range. Targets beside each other across that line cannot be told apart (specification 10).
     """
-    other = Side(
-        second.site, _chosen(second.range_m, i), _chosen(second.angle_rad, i), second.sigma_range, second.sigma_angle
-    )
+    other = _partners(second, i)
     place, _ = mean_of(points_of(first, "mucm"), points_of(other, "mucm"))
     lines = [np.stack([place[:, 0] - side.site[0], place[:, 1] - side.site[1]]) for side in (first, second)]
     far = [np.hypot(*line) for line in lines]
@@ -181,6 +205,15 @@ def on_one_line(first: Side, second: Side, i: NDArray[np.int64]) -> Bools:
     for side, distance in zip((first, second), far, strict=True):
         out &= distance * side.sigma_angle * sine <= side.sigma_range
     return out
+
+
+def _partners(side: Side, i: NDArray[np.int64]) -> Side:
+    """Plots i (n, L) of a side, -1 = none."""
+    return side._replace(
+        range_m=_chosen(side.range_m, i),
+        angle_rad=_chosen(side.angle_rad, i),
+        ahead=None if side.ahead is None else Points(*(_chosen(c, i) for c in side.ahead)),
+    )
 
 
 def _chosen(values: Floats, i: NDArray[np.int64]) -> Floats:

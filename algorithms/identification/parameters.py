@@ -55,7 +55,15 @@ class TwoRadarParameters(RadarParameters):
     """Name of the other radar. Empty = the next one of the site."""
 
 
-class PairParameters(TwoRadarParameters):
+class InstantParameters(Parameters):
+    """Plots that were not measured at one instant."""
+
+    extrapolate: bool = parameter(True, title="Bring plots to one instant", group="measurement", advanced=True)
+    """Plots of one look that were not measured at one instant are moved to its middle, each by the velocity that the
+    track of its own radar tells."""
+
+
+class PairParameters(InstantParameters, TwoRadarParameters):
     """Plots of two radars."""
 
     conversion: PlotConversion = parameter("mucm", title="Conversion", group="measurement", choices=PLOT_CONVERSIONS)
@@ -117,7 +125,7 @@ class ExactParameters(Parameters):
     matchings."""
 
 
-class ManyRadarParameters(DetectionParameters, RadarParameters):
+class ManyRadarParameters(DetectionParameters, InstantParameters, RadarParameters):
     """Two radars and more."""
 
     conversion: PointConversion = parameter("mucm", title="Conversion", group="measurement", choices=_CONVERSIONS)

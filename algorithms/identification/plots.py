@@ -57,6 +57,8 @@ class Plots:
     looks : in the order of time
     frame : (M,) number of the look
     shift_m : (M, 2) what is to be added to where each plot is, for what is tried; None = nothing
+    ahead : (M, 5) east, north m and xx, yy, xy m2: how far each target goes on from its plot's instant to that of its
+        look, and the covariance that this adds; None = all plots of a look have one instant
     """
 
     range_m: Floats
@@ -73,6 +75,7 @@ class Plots:
     settings: dict[str, Setting]
     notes: tuple[Note, ...]
     shift_m: Floats | None = None
+    ahead: Floats | None = None
 
     @property
     def lanes(self) -> int:

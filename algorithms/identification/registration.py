@@ -195,7 +195,7 @@ def notes_of(hypotheses: list[Hypothesis], names: tuple[str, ...]) -> list[Note]
 
 def _words(h: Hypothesis, names: tuple[str, ...]) -> tuple[str, str]:
     """Names of the radar and of what it was held against."""
-    return names[h.radar], "the others" if h.against == OTHERS else names[h.against]
+    return names[h.radar], "the other radars" if h.against == OTHERS else f"radar {names[h.against]}"
 
 
 def _alarm(h: Hypothesis, names: tuple[str, ...]) -> Note:
@@ -204,24 +204,24 @@ def _alarm(h: Hypothesis, names: tuple[str, ...]) -> Note:
     if h.kind == 0:
         return Note(
             "registration_alarm",
-            f"Radar {of} places targets {size:.0f} m east and {h.value[1]:.0f} m north of radar {against} "
+            f"Radar {of} places targets {size:.0f} m east and {h.value[1]:.0f} m north of {against} "
             f"(standard deviations {sd:.0f} m and {h.sd[1]:.0f} m); look at the positions of both in the site.",
         )
     if h.kind == 1:
         return Note(
             "registration_alarm",
-            f"Radar {of} is turned by {size:.3f} degrees clockwise against radar {against} (standard deviation "
+            f"Radar {of} is turned by {size:.3f} degrees clockwise against {against} (standard deviation "
             f"{sd:.3f} degrees); take as much off its azimuths.",
         )
     if h.kind == 2:
         return Note(
             "registration_alarm",
-            f"Radar {of} measures {size:.0f} m too far against radar {against} (standard deviation {sd:.0f} m); take "
+            f"Radar {of} measures {size:.0f} m too far against {against} (standard deviation {sd:.0f} m); take "
             "as much off its ranges.",
         )
     return Note(
         "registration_alarm",
-        f"The times of radar {of} are {size:.2f} s too early against radar {against} (standard deviation {sd:.2f} s); "
+        f"The times of radar {of} are {size:.2f} s too early against {against} (standard deviation {sd:.2f} s); "
         "add as much to them.",
     )
 
@@ -233,27 +233,27 @@ def _rival(h: Hypothesis, names: tuple[str, ...]) -> Note:
     if h.kind == 0:
         return Note(
             "registration_ambiguous",
-            f"That radar {of} places targets {size:.0f} m east and {h.value[1]:.0f} m north of radar {against} "
+            f"That radar {of} places targets {size:.0f} m east and {h.value[1]:.0f} m north of {against} "
             f"(standard deviations {sd:.0f} m and {h.sd[1]:.0f} m) would explain it as well. These targets cannot tell "
             "the two apart: it takes targets at other azimuths and ranges.",
         )
     if h.kind == 1:
         return Note(
             "registration_ambiguous",
-            f"That radar {of} is turned by {size:.3f} degrees clockwise against radar {against} (standard deviation "
+            f"That radar {of} is turned by {size:.3f} degrees clockwise against {against} (standard deviation "
             f"{sd:.3f} degrees) would explain it as well. These targets cannot tell the two apart: it takes targets at "
             "other azimuths and ranges.",
         )
     if h.kind == 2:
         return Note(
             "registration_ambiguous",
-            f"That radar {of} measures {size:.0f} m too far against radar {against} (standard deviation {sd:.0f} m) "
+            f"That radar {of} measures {size:.0f} m too far against {against} (standard deviation {sd:.0f} m) "
             "would explain it as well. These targets cannot tell the two apart: it takes targets at other azimuths and "
             "ranges.",
         )
     return Note(
         "registration_ambiguous",
-        f"That the times of radar {of} are {size:.2f} s too early against radar {against} (standard deviation "
+        f"That the times of radar {of} are {size:.2f} s too early against {against} (standard deviation "
         f"{sd:.2f} s) would explain it as well. These targets cannot tell the two apart: it takes targets on other "
         "courses.",
     )

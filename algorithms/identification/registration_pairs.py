@@ -17,7 +17,7 @@ from algorithms.identification.pairs import Points, Side, compared_points, point
 from algorithms.identification.plots import Plots
 from algorithms.identification.registration import Accepted, Hypothesis
 from algorithms.identification.scenario import CLUTTER
-from algorithms.identification.velocities import MOST_POSITIONS, joined_tracks, velocities
+from algorithms.identification.velocities import MOST_POSITIONS, Lines, joined_tracks, lines, velocities
 from algorithms.recording import PolarPlots
 from algorithms.toolbox.association.polar_fusion import LEAST_RANGE_M, PolarFusion, fuse_polar
 from algorithms.toolbox.frames.polar_conversion import wrapped
@@ -70,13 +70,14 @@ def moved(plots: Plots, radar: int, kind: int, value: Floats, velocity: Floats) 
     velocity : (M, 2) m/s of each plot's target; a wrong clock cannot be undone where it is NaN
     """
     own = (plots.radar == radar)[:, None]
+    before = 0.0 if plots.shift_m is None else plots.shift_m
     if kind == 1:
         return replace(plots, angle_rad=np.where(own, plots.angle_rad + np.radians(value[0]), plots.angle_rad))
     if kind == 2:
         return replace(plots, range_m=np.where(own, np.maximum(plots.range_m - value[0], 1.0), plots.range_m))
     # The error of a plot keeps its axes: it is the place that is moved, not range and azimuth.
     away = value if kind == 0 else np.nan_to_num(velocity) * value[0]
-    return replace(plots, shift_m=np.where(own, -away, 0.0))
+    return replace(plots, shift_m=before + np.where(own, -away, 0.0))
 
 
 def undone(plots: Plots, hypothesis: Hypothesis, second: int, velocity: Floats) -> Plots:
@@ -119,17 +120,21 @@ def target_numbers(recording: PolarPlots) -> Ints:
 
 def velocities_of_plots(recording: PolarPlots, plots: Plots, radar: int) -> Floats:
     """(M, 2) m/s of one radar's targets from its own plots; NaN for other radars and where no track is straight."""
+    return lines_of_plots(recording, plots, radar).velocity
+
+
+def lines_of_plots(recording: PolarPlots, plots: Plots, radar: int) -> Lines:
+    """Straight flights of one radar's targets from its own plots; NaN for other radars and where there is none."""
     where = placed(plots)
-    out = np.full(where.place.shape, np.nan)
     looks = [look.rows[radar][plots.usable[look.rows[radar], 0]] for look in plots.looks]
     rows = np.concatenate(looks) if looks else np.empty(0, np.int64)
     if rows.size > MOST_POSITIONS:
-        return out
+        return lines([], recording.time_s, where.place, where.covariance)
     tracks = joined_tracks(
         looks, np.where(plots.usable[:, 0] & (plots.radar == radar), target_numbers(recording), -1),
         recording.time_s, where.place, where.covariance, MAX_SPEED_MPS,
     )  # fmt: skip
-    return velocities(tracks, recording.time_s, where.place, where.covariance)
+    return lines(tracks, recording.time_s, where.place, where.covariance)
 
 
 def velocities_of_pairs(recording: PolarPlots, plots: Plots, rows: Ints) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import httpx2
@@ -146,6 +147,23 @@ def test_a_radar_whose_clock_is_late_is_measured_and_said(api: httpx2.Client) ->
     row = next(r for r in table(api, run, "registration", "assignment") if r["offset"] == "time")
     assert (row["radar"], row["unit"]) == ("east", "s")
     assert row["value"] == pytest.approx(4.0, abs=4 * row["sd"])
+
+
+def test_radars_that_look_at_different_instants_are_brought_to_one(api: httpx2.Client) -> None:
+    plots = flights(time_offset_s=4.0, course_deg=45.0)
+    told = replace(plots, time_s=plots.time_s + np.where(plots.radar == 1, 4.0, 0.0))
+    told = told.take(np.argsort(told.time_s, kind="stable"))
+    both = uploaded(api, "turning", text(told, np.arange(len(told)), named=True), site((0, 1)))
+    run = ran(api, {"recording_id": both}, "assignment")
+    (note,) = run["notes"]["assignment"]
+    assert (note["code"], note["count"]) == ("moved_to_one_instant", 120)
+    assert "up to 4 s apart" in note["detail"]
+    for place in table(api, run, "states", "assignment"):
+        miss = np.hypot(*(told.truth_m[told.time_s == place["time_s"], :2] - [place["east_m"], place["north_m"]]).T)
+        assert miss.min() < 5 * place["drms_m"]
+    chart = api.get(f"/api/v1/runs/{run['id']}/charts/pair_closeup.json").raise_for_status().json()
+    said = [n["text"] for n in chart["layout"]["meta"]["notes"] if n["code"] == "one_instant"]
+    assert said == ["The second plot was measured 4.00 s after the first and is drawn as of its instant."]
 
 
 def test_what_cannot_be_compared_names_the_field(api: httpx2.Client) -> None:

@@ -54,11 +54,16 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             "true regions; lines: the ellipses that conversions put in their place, all of 95 %; dashed in grey: the "
             "gate, within which the converted second plot must lie."
         )
+        notes = [ChartNote("closeup", text, entry.label)]
+        if plots.ahead is not None:
+            later = float(recording.time_s[chosen[1]] - recording.time_s[chosen[0]])
+            words = f"The second plot was measured {later:.2f} s after the first and is drawn as of its instant."
+            notes.append(ChartNote("one_instant", words, entry.label))
         return figure(
             TITLE,
             traces,
             recording=recording,
-            notes=[ChartNote("closeup", text, entry.label)],
+            notes=notes,
             xaxis=axis("East, km", range=_range(traces, "x")),
             yaxis=axis("North, km", scaleanchor="x", scaleratio=1, range=_range(traces, "y")),
             dragmode="pan",
@@ -80,10 +85,12 @@ def _pair(entry: Entry, recording: PolarPlots) -> tuple[int, int] | None:
     return None if min(ends) < 0 else (ends[0], ends[1])
 
 
-def _side(plots: Plots, mark: int) -> Side:
+def _side(plots: Plots, mark: int, first: int) -> Side:
+    """Return a plot as of the instant of the first one."""
     radar = int(plots.radar[mark])
+    ahead = np.zeros(2) if plots.ahead is None else plots.ahead[mark, :2] - plots.ahead[first, :2]
     return Side(
-        plots.sites[radar],
+        plots.sites[radar] + ahead,
         plots.range_m[mark : mark + 1, :1],
         plots.angle_rad[mark : mark + 1, :1],
         float(plots.sigma_range[radar]),
@@ -92,7 +99,7 @@ def _side(plots: Plots, mark: int) -> Side:
 
 
 def _traces(recording: PolarPlots, entry: Entry, plots: Plots, chosen: tuple[int, int]) -> list[Trace]:
-    sides = [_side(plots, mark) for mark in chosen]
+    sides = [_side(plots, mark, chosen[0]) for mark in chosen]
     names = [plots.names[int(plots.radar[mark])] for mark in chosen]
     out: list[Trace] = []
     for k, (side, name) in enumerate(zip(sides, names, strict=True)):

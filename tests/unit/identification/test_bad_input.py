@@ -73,8 +73,16 @@ def test_plots_of_both_counted_from_one_place() -> None:
 
 def test_looks_of_one_radar_too_late() -> None:
     plots = simulated("two_radars_tracks", scans=30, speed_mps=2500, offset_along_m=20_000)
-    late = replace(plots, scan=np.where(plots.radar == 1, plots.scan + 1, plots.scan))
-    assert "suspect_clock" in notes(run(late))
+    second = plots.radar == 1
+    late = replace(plots, scan=np.where(second, plots.scan + 1, plots.scan))
+    assert "suspect_clock" in notes(run(late, extrapolate=False))
+    # Where times are right only the numbers are wrong: plots go on to one instant, and pairs are found all the same.
+    result = run(late)
+    assert "suspect_clock" not in notes(result)
+    assert (result.arrays["decision"] == DECISIONS.index("accepted")).mean() > 0.9
+    # A clock that is wrong by a whole look cannot be mended so.
+    wrong = replace(late, time_s=np.where(second, plots.time_s + 10.0, plots.time_s))
+    assert "suspect_clock" in notes(run(wrong.take(np.argsort(wrong.time_s, kind="stable"))))
 
 
 @pytest.mark.parametrize("algorithm", ["assignment", "multi_radar_assignment"])
