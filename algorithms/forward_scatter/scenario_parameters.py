@@ -14,6 +14,8 @@ class PassParameters(Parameters):
         300.0, title="Spacing of the receivers", unit="m", symbol="b", group="stations", ge=1, le=1e5
     )
     """Across the base line; the first receiver stands on the right of who looks at the transmitter."""
+    askew_deg: float = parameter(0.0, title="Turn of the receivers", unit="°", group="stations", ge=-80, le=80)
+    """The receivers' line is turned by so much, anticlockwise, from the perpendicular to the base line."""
     transmitter_spacing_m: float = parameter(
         0.0, title="Spacing of the transmitters", unit="m", symbol="d", group="stations", ge=0, le=1e5
     )

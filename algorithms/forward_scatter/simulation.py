@@ -175,7 +175,10 @@ def _places(p: PassParameters, base_percent: float, spacing_percent: float) -> t
     bearing = np.radians(90.0 - p.bearing_deg)
     frame = ScatterFrame(np.zeros(3), float(np.cos(bearing)), float(np.sin(bearing)))
     tx = np.array([[a, 0.0, 0.0]] if d == 0 else [[a, -d / 2, 0.0], [a, d / 2, 0.0]])
-    rx = np.array([[0.0, 0.0, 0.0]] if p.one_receiver else [[0.0, -b / 2, 0.0], [0.0, b / 2, 0.0]])
+    turn = np.radians(p.askew_deg)
+    upper = b / 2 * np.array([-np.sin(turn), np.cos(turn), 0.0])
+    # Plus zero: no place is at minus zero.
+    rx = np.array([[0.0, 0.0, 0.0]] if p.one_receiver else [-upper, upper]) + 0.0
     return frame, tx, rx
 
 

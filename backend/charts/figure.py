@@ -190,11 +190,16 @@ def time_axis(recording: Recording, **properties: Any) -> dict[str, Any]:
 
 
 def log_axis(title: str, traces: Sequence[Trace], **properties: Any) -> dict[str, Any]:
-    """A logarithmic axis for what these traces hold: with 2 and 5 between the decades where they are few."""
+    """A logarithmic axis for what these traces hold: with 2 and 5 between the decades where they are few.
+
+    Within one decade every tick has its whole number (Plotly's own choice): a 5 alone does not say of what.
+    """
     values = np.concatenate([np.asarray(t["y"], np.float64) for t in traces] or [np.empty(0)])
     values = values[values > 0]
-    few = values.size == 0 or np.log10(values.max() / values.min()) <= DECADES_WITH_DIGITS
-    return axis(title, type="log", dtick="D2" if few else 1, **properties)
+    decades = float(np.log10(values.max() / values.min())) if values.size else 0.0
+    if values.size and decades < 1:
+        return axis(title, type="log", **properties)
+    return axis(title, type="log", dtick="D2" if decades <= DECADES_WITH_DIGITS else 1, **properties)
 
 
 def name_pieces(line: Trace, names: Sequence[str | int]) -> None:

@@ -71,6 +71,8 @@ function sentence(one, trials) {
     }
     case "setting":
       return one.even.length ? t("trials.verdict_setting_even", { at: one.at, even: joined(one.even), trials }) : t("trials.verdict_setting", { at: one.at });
+    case "coverage":
+      return t("verdict.coverage", { label: one.label, share: formatShare(one.share), best: one.best, best_share: formatShare(one.bestShare) });
     case "honesty":
       return honestyWords(one.label, one.legs) + (one.swept ? ` ${t("trials.farthest")}` : "");
   }

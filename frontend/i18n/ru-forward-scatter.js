@@ -136,6 +136,8 @@ export const words = {
   "From the middle of the receivers to the transmitter.": "От середины приёмников до передатчика.",
   "Spacing of the receivers": "Разнос приёмников",
   "Across the base line; the first receiver stands on the right of who looks at the transmitter.": "Поперёк базы; первый приёмник справа, если смотреть на передатчик.",
+  "Turn of the receivers": "Поворот приёмников",
+  "The receivers' line is turned by so much, anticlockwise, from the perpendicular to the base line.": "Настолько линия приёмников повёрнута против часовой стрелки от перпендикуляра к базе.",
   "Spacing of the transmitters": "Разнос передатчиков",
   "0 = one transmitter; else two of them, whose signals can be told apart, and four Dopplers.": "0 = один передатчик; иначе два с различимыми сигналами и четыре доплеровские частоты.",
   "One receiver": "Один приёмник",

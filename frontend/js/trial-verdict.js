@@ -2,6 +2,8 @@
 // The answer of a Monte Carlo run: who is more accurate on the same draws, over which swept values that holds, and
 // whether the best one's claims are honest. Made from the tables `comparisons` and `metrics`, no stronger than they are.
 
+import { FEWER_ANSWERS } from "./verdict.js";
+
 /** @import { Row } from "./tables.js" */
 
 const METRIC = "rms_horizontal_m";
@@ -17,6 +19,7 @@ const HONEST = 1.25;
  *   | {kind: "everywhere", label: string, next: string, from: number, to: number}
  *   | {kind: "somewhere", label: string, next: string, better: string[], even: string[], worse: string[]}
  *   | {kind: "setting", label: string, at: string, even: string[], of: number}
+ *   | {kind: "coverage", label: string, share: number, best: string, bestShare: number}
  *   | {kind: "honesty", label: string, legs: Leg[], swept: boolean}} TrialSentence
  * @typedef {{name: string, ratio: number, word: "honest" | "small" | "large"}} Leg
  */
@@ -45,8 +48,24 @@ export function trialVerdict({ metrics, comparisons, labels, target = "" }) {
   const pairs = comparisons.filter((row) => row.metric === METRIC && about(row) && number(row.ratio) !== null);
   const across = pairs.filter((row) => ownerOf(String(row.label), labels) !== ownerOf(String(row.against), labels));
   const { sentences, best } = across.length ? between(across, errors, labels) : within(pairs, errors, labels);
+  const fewer = across.length ? coverageOf(metrics.filter(about), best) : null;
   const honesty = honestyOf(metrics, best, target);
-  return honesty ? [...sentences, honesty] : sentences;
+  return [...sentences, fewer, honesty].filter((one) => one !== null);
+}
+
+/** Who answered another share of the marks than the best one, by the largest difference. @param {Row[]} metrics @param {string} best @returns {TrialSentence | null} */
+function coverageOf(metrics, best) {
+  /** @type {Map<string, number[]>} */
+  const shares = new Map();
+  for (const row of metrics) {
+    const share = row.metric === "answered_share" ? number(row.value) : null;
+    if (share !== null) shares.set(String(row.label), [...(shares.get(String(row.label)) ?? []), share]);
+  }
+  const means = [...shares].map(([label, list]) => ({ label, share: list.reduce((sum, one) => sum + one, 0) / list.length }));
+  const bestShare = means.find((one) => one.label === best)?.share;
+  if (bestShare === undefined) return null;
+  const far = means.map((one) => ({ ...one, off: Math.abs(one.share - bestShare) })).sort((a, b) => b.off - a.off)[0];
+  return far && far.off > FEWER_ANSWERS ? { kind: "coverage", label: far.label, share: far.share, best, bestShare } : null;
 }
 
 /** Rows of one pair seen from `label`: its error over that of the other one, and the other way round. @param {Row} row @param {string} label @param {string[]} labels */

@@ -6,7 +6,7 @@
 // A claimed error within this factor of the actual one counts as honest.
 const HONEST = 1.25;
 // Fewer answers than this share behind the best entry: the errors are not over the same marks.
-const FEWER_ANSWERS = 0.05;
+export const FEWER_ANSWERS = 0.05;
 
 /**
  * @typedef {{label: string, value: number, low: number | null, high: number | null}} Ranked

@@ -56,6 +56,15 @@ test("honesty goes by leg, and the value farthest from 1 counts", () => {
   assert.deepEqual(honesty.legs, [{ name: "straight", ratio: 0.95, word: "honest" }, { name: "turn", ratio: 1.4, word: "small" }, { name: "far", ratio: 0.5, word: "large" }]);
 });
 
+test("errors over fewer marks are not those of the others, and that is said", () => {
+  const share = (label, value, segment = "") => ({ metric: "answered_share", label, segment, target: "", value });
+  const comparisons = [pair("rdf", "rdfv", 1.9, "larger")];
+  const of = (...shares) => trialVerdict({ metrics: [metric("rdf", 190), metric("rdfv", 100), ...shares], comparisons, labels }).find((one) => one.kind === "coverage");
+  assert.deepEqual(of(share("rdf", 0.97), share("rdfv", 0.61), share("rdf", 0.1, "end")), { kind: "coverage", label: "rdf", share: 0.97, best: "rdfv", bestShare: 0.61 });
+  assert.equal(of(share("rdf", 0.97), share("rdfv", 0.96)), undefined);
+  assert.equal(of(), undefined);
+});
+
 test("values of one name stand under it", () => {
   assert.equal(joined(["a = 1", "a = 2"]), "a = 1, 2");
   assert.equal(joined(["a = 1, b = 2", "a = 2, b = 2"]), "a = 1, b = 2; a = 2, b = 2");

@@ -1,4 +1,4 @@
-"""Courses, accelerations, altitude and filters of the forward-scatter specification (6, 8.3, 8.4) over many trials.
+"""Sites, courses, accelerations, altitude and filters of the forward-scatter specification (4, 6, 8.3, 8.4) in trials.
 
 Bands as in test_forward_scatter.py.
 """
@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from algorithms.errors import RecordingError
 from algorithms.forward_scatter.scenario_parameters import PassParameters
 from algorithms.forward_scatter.simulation import simulate
 from algorithms.registry import algorithms_by_name
 from algorithms.spec import LocalContext
-from tests.monte_carlo.scatter import KALMAN, LINES, MEAN, ML, RMS, S15, S30, SD, Found
+from tests.monte_carlo.scatter import BOUND_4, KALMAN, LINES, MEAN, ML, RMS, S15, S30, SD, Found
 
 pytestmark = pytest.mark.slow
 
@@ -69,6 +70,21 @@ def test_table_8_3_the_wrong_sign_of_the_velocity_along_the_base_line() -> None:
     for scenario, printed in ((S15, (0.27, 0.13, 0.02, 0.0)), (S30, (0.09, 0.01, 0.0, 0.0))):
         theta = arrays(ML, {**scenario, "course_deg": 80.0}, **WEAK)["theta"][[7, 9, 12, 16]]
         assert (theta[:, 3] < 0).mean(axis=1) == pytest.approx(printed, abs=0.06)
+
+
+@pytest.mark.parametrize("scenario", [S15, S30], ids=["15 km", "30 km"])
+def test_section_4_sites_that_are_not_symmetrical(scenario: dict[str, Any]) -> None:
+    """The receivers' line is turned: the fit stays at the bound of that site, the closed form works up to a degree."""
+    for turn in (-30.0, 30.0, 60.0):
+        found = Found(ML, {**scenario, "askew_deg": turn})
+        ratio = found.curve(RMS)[9:] / found.curve(BOUND_4)[9:]
+        assert ((ratio > 0.88) & (ratio < 1.13)).all(), (turn, ratio)
+        share = found.curve("crossing_distance_coverage_share")[9:]
+        assert ((share > 0.92) & (share < 0.975)).all(), (turn, share)
+    straight, turned = (Found(LINES, {**scenario, "askew_deg": d}) for d in (0.0, 0.9))
+    assert turned.at(RMS) == pytest.approx(straight.at(RMS), rel=0.05)
+    with pytest.raises(RecordingError, match=r"2\.00 degrees"):
+        Found(LINES, {**scenario, "askew_deg": 2.0})
 
 
 def test_section_6_2_the_switch_to_an_acceleration() -> None:
