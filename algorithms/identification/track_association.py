@@ -34,7 +34,6 @@ from algorithms.identification.scoring import targets_of
 from algorithms.identification.straight import FEWEST_PLOTS, straight_track
 from algorithms.identification.tables import tabulate
 from algorithms.identification.track_pairs import (
-    DOF,
     DecidedTracks,
     RadarTracks,
     decide_tracks,
@@ -48,6 +47,7 @@ from algorithms.result import Note, Output, Result, Setting
 from algorithms.scores import Sample, Scores, Tally
 from algorithms.spec import Algorithm, Reference, RunContext
 from algorithms.toolbox.association.gate import gate_threshold
+from algorithms.toolbox.association.track_distance import DOF
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -23,11 +23,11 @@ from algorithms.toolbox.association.gate import gate_threshold
 from algorithms.toolbox.association.only_partner import SEVERAL as SEVERAL_INSIDE
 from algorithms.toolbox.association.only_partner import only_partners
 from algorithms.toolbox.association.probabilities import association_probabilities
+from algorithms.toolbox.association.track_distance import DOF, track_distances
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-DOF = 4
 WIDE_TAIL = 1e-6
 # n m 2^m of tracks up to which all trials are summed side by side; beyond, trial by trial and group by group.
 SIDE_BY_SIDE = 4_000_000
@@ -117,9 +117,7 @@ def _compared(
     known = np.isfinite(x1[0]) & np.isfinite(x2[0])
     matrix = np.where(known[:, None, None], np.moveaxis(c, 2, 0), np.eye(4))
     d = np.where(known, x1 - x2, 0.0).T
-    solved = np.linalg.solve(matrix, d[:, :, None])[:, :, 0]
-    s = d[:, 0] * solved[:, 0] + d[:, 1] * solved[:, 1] + d[:, 2] * solved[:, 2] + d[:, 3] * solved[:, 3]
-    _, log_det = np.linalg.slogdet(matrix)
+    s, log_det = track_distances(d, matrix)
     if p.conversion == "polar":
         flights = tuple(until(t, side, time) for t, side in zip(times, sides, strict=True))
         s = likelihood_ratio(flights[0], flights[1], (x1, x2), time)

@@ -35,6 +35,7 @@ from algorithms.plot_tracking.curvature_scan import (
 from algorithms.plot_tracking.curve_fit import Limits
 from algorithms.plot_tracking.gates import radius_of
 from algorithms.plot_tracking.history import Estimates, Floats, History, Ints
+from algorithms.plot_tracking.joined import joining_of
 from algorithms.plot_tracking.measures import measure
 from algorithms.plot_tracking.parameters import CurvatureParameters
 from algorithms.plot_tracking.plots import Scan
@@ -79,7 +80,8 @@ def run(recording: PolarPlots, parameters: CurvatureParameters, context: RunCont
         for name in type(parameters).model_fields
         if name not in settings and getattr(parameters, name) is not None
     }
-    return Result(history.arrays(recording.row), tuple(notes), settings)
+    joining = joining_of(recording, feeds, parameters, identities=False)
+    return Result(history.arrays(recording.row, joining=joining), tuple(notes), settings)
 
 
 _NOTHING = Scan(0.0, np.empty(0, np.int64), np.empty(0, np.int64), t=np.empty(0), rho=np.empty(0), theta=np.empty(0))
@@ -218,17 +220,16 @@ def _covariances(information: Floats) -> Floats:
 
 
 def _placed(covariance: Floats, p: Floats, ahead: Floats) -> Floats:
-    """(E, 3) east-east, north-north, east-north: of the fit, carried on by the uncertain velocity while coasting."""
+    """(E, 4, 4) of east, north and their velocities; while coasting the uncertain velocity widens it."""
     course, speed = p[2], p[3]
-    to = np.zeros((2, 6, ahead.size))
+    sin, cos = np.sin(course), np.cos(course)
+    to = np.zeros((4, 6, ahead.size))
     to[0, 1] = to[1, 0] = 1.0
-    to[0, 2], to[1, 2] = ahead * speed * np.cos(course), -ahead * speed * np.sin(course)
-    to[0, 3], to[1, 3] = ahead * np.sin(course), ahead * np.cos(course)
-    out = np.zeros((ahead.size, 3))
-    for k, (i, j) in enumerate(((0, 0), (1, 1), (0, 1))):
-        for m in range(6):
-            for n in range(6):
-                out[:, k] += to[i, m] * covariance[m, n] * to[j, n]
+    to[0, 2], to[1, 2] = ahead * speed * cos, -ahead * speed * sin
+    to[0, 3], to[1, 3] = ahead * sin, ahead * cos
+    to[2, 2], to[3, 2] = speed * cos, -speed * sin
+    to[2, 3], to[3, 3] = sin, cos
+    out: Floats = np.einsum("ime,mne,jne->eij", to, covariance, to)
     return out
 
 

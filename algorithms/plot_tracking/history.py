@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.plot_tracking.joined import Joining, joined_tracks
 from algorithms.plot_tracking.outputs import LEFT_OUT, MOTION, NO_GATE, NOT_DETECTED
 from algorithms.plot_tracking.plots import NOT_MEASURED, TAKEN, Scan
 from algorithms.plot_tracking.radars import Feed
@@ -19,7 +20,10 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Estimates:
-    """Confirmed tracks after a scan, in the radar's own frame; arrays (E,), (E, 4), (E, 3), (E, len(MOTION))."""
+    """Confirmed tracks after a scan, in the radar's own frame; arrays (E,), (E, 4), (E, 4, 4), (E, len(MOTION)).
+
+    The state is east, north, and their velocities.
+    """
 
     lane: Ints
     number: Ints
@@ -91,18 +95,16 @@ class History:
         """Write down where the confirmed tracks are, in the frame of the site."""
         if not found.lane.size:
             return
-        state, covariance = found.state.copy(), found.covariance.copy()
+        state, covariance = found.state.copy(), found.covariance
         state[:, 0], state[:, 1] = feed.to_site(found.state[:, 0], found.state[:, 1])
         state[:, 2], state[:, 3] = feed.turn(found.state[:, 2], found.state[:, 3])
-        xx, yy, xy = found.covariance.T
-        (a, b), (c, d) = feed.turned
-        covariance[:, 0] = a * a * xx + 2 * a * b * xy + b * b * yy
-        covariance[:, 1] = c * c * xx + 2 * c * d * xy + d * d * yy
-        covariance[:, 2] = a * c * xx + (a * d + b * c) * xy + b * d * yy
+        if (feed.turned != np.eye(2)).any():
+            turn = np.kron(np.eye(2), feed.turned)
+            covariance = turn @ covariance @ turn.T
         whole = Estimates(**{**found.__dict__, "state": state, "covariance": covariance})
         self._estimates.append((len(self._scans) - 1, feed.index, whole))
 
-    def arrays(self, row: Ints, models: int = 0) -> dict[str, Any]:
+    def arrays(self, row: Ints, models: int = 0, joining: Joining | None = None) -> dict[str, Any]:
         """Arrays as `outputs.TRACK_OUTPUTS` declares them, and `estimate_weights` where there are models."""
         parts = [e for _, _, e in self._estimates]
         sizes = np.array([e.lane.size for e in parts], np.int64)
@@ -124,8 +126,10 @@ class History:
             "scan_time_s": np.array([t for t, _ in self._scans], float),
             "scan_radar": np.array([r for _, r in self._scans], np.int64),
         }
-        for n in ("time_s", "mark", "status", "misses", "state", "covariance", "motion", "nis"):
+        for n in ("time_s", "mark", "status", "misses", "state", "motion", "nis"):
             out[f"estimate_{n}"] = whole[n]
+        out["estimate_covariance"] = _in_place(whole["covariance"])
+        out |= joined_tracks(out, whole["covariance"], joining)
         if models:
             out["estimate_weights"] = whole["weights"]
         none = np.empty(0, np.int64)
@@ -138,6 +142,11 @@ class History:
         return out | {f"event_{n}": a for n, a in zip(names, self.diary.joined(), strict=True)}
 
 
+def _in_place(covariance: Floats) -> Floats:
+    """(E, 3) east-east, north-north, east-north."""
+    return np.stack([covariance[:, 0, 0], covariance[:, 1, 1], covariance[:, 0, 1]], axis=1)
+
+
 def _no_estimates(models: int) -> Estimates:
     number, value = np.empty(0, np.int64), np.empty(0)
     return Estimates(
@@ -148,7 +157,7 @@ def _no_estimates(models: int) -> Estimates:
         status=number,
         misses=number,
         state=np.empty((0, 4)),
-        covariance=np.empty((0, 3)),
+        covariance=np.empty((0, 4, 4)),
         motion=np.empty((0, len(MOTION))),
         nis=value,
         weights=np.empty((0, models)),

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from algorithms.plot_tracking import outputs
 from algorithms.plot_tracking.history import Estimates, History, Ints
-from algorithms.plot_tracking.imm_filter import POSITION, Motion, predicted
+from algorithms.plot_tracking.imm_filter import Motion, predicted
 from algorithms.plot_tracking.imm_scan import (
     Clutter,
     Identity,
@@ -34,6 +34,7 @@ from algorithms.plot_tracking.imm_scan import (
     twins,
 )
 from algorithms.plot_tracking.imm_tracks import ImmTracks
+from algorithms.plot_tracking.joined import joining_of
 from algorithms.plot_tracking.measures import measure
 from algorithms.plot_tracking.parameters import ImmParameters
 from algorithms.plot_tracking.plots import Scan
@@ -86,7 +87,8 @@ def run(recording: PolarPlots, parameters: ImmParameters, context: RunContext) -
         for name in type(parameters).model_fields
         if name not in settings and getattr(parameters, name) is not None
     }
-    return Result(history.arrays(recording.row, len(outputs.MODELS)), tuple(notes), settings)
+    joining = joining_of(recording, feeds, parameters, identities=parameters.use_identity)
+    return Result(history.arrays(recording.row, len(outputs.MODELS), joining), tuple(notes), settings)
 
 
 def rules_of(p: ImmParameters, feed: Feed) -> Rules:
@@ -241,7 +243,7 @@ def _estimates(scan: Scan, taken: Taken, tracks: ImmTracks, which: Ints, rules: 
     weights[:, : bank.mu.shape[1]] = bank.mu
     mark = np.where(hit, scan.position[np.maximum(plot, 0)], -1) if scan.position.size else np.full(which.size, -1)
     distance = taken.distance[np.maximum(plot, 0)] ** 2 if plot.size else none
-    pp = covariance[:, POSITION][:, :, POSITION]
+    order = np.array([0, 2, 1, 3])
     return Estimates(
         lane=tracks.lane[which],
         number=tracks.number[which],
@@ -249,8 +251,8 @@ def _estimates(scan: Scan, taken: Taken, tracks: ImmTracks, which: Ints, rules: 
         mark=mark,
         status=life_cycle.state_of(tracks.confirmed[which], tracks.misses[which]),
         misses=tracks.misses[which],
-        state=mean[:, [0, 2, 1, 3]],
-        covariance=np.stack([pp[:, 0, 0], pp[:, 1, 1], pp[:, 0, 1]], axis=1),
+        state=mean[:, order],
+        covariance=covariance[:, order[:, None], order],
         motion=np.stack(
             [
                 none,

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.plot_tracking.outputs import LEFT_OUT, MANOEUVRE, MIDDLE, NOT_DETECTED, SHARED, UPDATED
+from algorithms.plot_tracking.calibration import INNER, MIDDLE_ONE, OUTER, gate_classes
+from algorithms.plot_tracking.joined_tables import joined_metrics
+from algorithms.plot_tracking.outputs import LEFT_OUT, MANOEUVRE, NOT_DETECTED, SHARED
 from algorithms.plot_tracking.scenario import CLUTTER
 from algorithms.plot_tracking.scoring import FALSE_BELOW, manoeuvres, settled, switches, track_shares
 from algorithms.plot_tracking.truth import Matched, matched
@@ -31,12 +33,16 @@ def measure(recording: PolarPlots, result: Result) -> list[Metric]:
         Metric("confirmed_tracks", float(confirmed.shape[1]) / max(lanes, 1), "1", lanes),
         _share("tracked_plots_share", int((of_confirmed & usable).sum()), n),
     ]
-    followed = int(np.isin(decision, (UPDATED, MIDDLE, MANOEUVRE)).sum())
+    ellipse = gate_classes(a)
+    followed = int((ellipse >= 0).sum())
     if followed:
-        for name, code in (("inner_share", UPDATED), ("middle_share", MIDDLE), ("manoeuvre_share", MANOEUVRE)):
-            out.append(_share(name, int((decision == code).sum()), followed))
+        for name, code in (("inner_share", INNER), ("middle_share", MIDDLE_ONE), ("outer_share", OUTER)):
+            out.append(_share(name, int((ellipse == code).sum()), followed))
+        out.append(_share("manoeuvre_share", int((decision == MANOEUVRE).sum()), followed))
     out += _purity(recording, a)
     m = matched(recording, a, lanes)
+    if len(recording.radars) > 1:
+        out += joined_metrics(recording, a, m)
     return out + (_against_truth(m, a) if m is not None else [])
 
 

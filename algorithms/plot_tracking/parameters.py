@@ -25,6 +25,15 @@ LIMITS: dict[str, tuple[float, float, float]] = {
 }
 
 
+REQUIREMENTS = {
+    "rms_horizontal_m": "required_rms_m",
+    "tracked_share": "required_tracked_share",
+    "switches": "allowed_switches",
+    "false_tracks": "allowed_false_tracks",
+}
+"""What may be asked of a tracker, and the parameter that holds the threshold."""
+
+
 class RadarAccuracy(Parameters):
     """What the plots are worth, and when they come."""
 
@@ -67,6 +76,29 @@ class TrackerParameters(RadarAccuracy):
     """Sets the size of the start gate. Empty = that of the performance class."""
     confirm_plots: int = parameter(4, title="Plots that confirm", unit="1", ge=3, le=20, group="start")
     """A track with so many plots is confirmed."""
+
+    registration_m: float = parameter(
+        0.0, title="Radars against each other", unit="m", ge=0, le=10_000, group="association", advanced=True
+    )
+    """Standard deviation of the places of several radars against each other, in east and in north: joins of their
+    tracks allow for it."""
+
+    required_rms_m: float | None = parameter(
+        None, title="Required position error", unit="m", gt=0, le=1e6, group="output", advanced=True
+    )
+    """Rms error of each target in each segment; the table of requirements says which exceed it. Empty = not asked."""
+    required_tracked_share: float | None = parameter(
+        None, title="Required continuity", unit="1", gt=0, le=1, group="output", advanced=True
+    )
+    """Share of its scans in which each target has a track. Empty = not asked."""
+    allowed_switches: int | None = parameter(
+        None, title="Allowed switches", unit="1", ge=0, le=1000, group="output", advanced=True
+    )
+    """Changes of the track's number, of each target in each segment. Empty = not asked."""
+    allowed_false_tracks: int | None = parameter(
+        None, title="Allowed false tracks", unit="1", ge=0, le=100_000, group="output", advanced=True
+    )
+    """Confirmed tracks of no target, in the whole recording. Empty = not asked."""
 
     @property
     def limits(self) -> tuple[float, float, float]:

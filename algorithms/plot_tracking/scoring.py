@@ -3,7 +3,7 @@
 Continuity, set distances and what depends on a settled track count from ten periods after a target's appearance on.
 A confirmed track is *false* where it belongs to a target for less than 30 % of its life. A *switch* is a target's track
 with another number than its track before. A manoeuvre begins where the true velocity changes by more than 0.5 m/s2, and
-is detected where the tracker calls one before 30 s after its end.
+is detected where the tracker calls one before 30 s after its end. Of several radars each counts by itself.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.plot_tracking.calibration import INNER, NO_CLASS, OUTER, gate_classes
 from algorithms.plot_tracking.outputs import MANOEUVRE, MIDDLE, UPDATED
 from algorithms.plot_tracking.truth import Matched, matched
 from algorithms.recording import PolarPlots
@@ -30,9 +31,11 @@ DETECTED_WITHIN_S = 30.0
 
 
 def settled(m: Matched) -> NDArray[np.bool_]:
-    """(S, K) whether a target is there, and has been for ten scans."""
+    """(S, K) whether a target is there, and has been for ten scans of the radar."""
     there = np.isfinite(m.truth.position_m[:, :, 0])
-    out: NDArray[np.bool_] = there & (np.cumsum(there, axis=0) > SETTLED_SCANS)
+    out = np.zeros(there.shape, np.bool_)
+    for scans in m.radars():
+        out[scans] = there[scans] & (np.cumsum(there[scans], axis=0) > SETTLED_SCANS)
     return out
 
 
@@ -42,6 +45,8 @@ def switches(m: Matched, number: Ints) -> Ints:
     out = np.zeros(m.estimate.shape, np.int64)
     last = np.zeros((targets, lanes), np.int64)
     for s in range(scans):
+        if s and m.radar[s] != m.radar[s - 1]:
+            last[:] = 0
         has = m.estimate[s] >= 0
         now = np.where(has, number[np.maximum(m.estimate[s], 0)] if number.size else 0, 0)
         out[s] = has & (last > 0) & (now != last)
@@ -67,12 +72,13 @@ def track_shares(m: Matched, arrays: dict[str, Any]) -> tuple[Ints, Ints, Ints, 
 def manoeuvres(m: Matched, time_s: Floats) -> list[tuple[int, int, int]]:
     """Target, and the scans between which it manoeuvres: the first with the old velocity, the last with a change."""
     out = []
-    dt = np.diff(time_s)[:, None]
-    changes = np.linalg.norm(np.diff(m.truth.velocity_mps, axis=0), axis=2) / np.maximum(dt, 1e-9) > MANOEUVRE_MPS2
-    for k in range(changes.shape[1]):
-        at = np.flatnonzero(changes[:, k])
-        parts = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if at.size else []
-        out += [(k, int(part[0]), int(part[-1]) + 1) for part in parts]
+    for scans in m.radars():
+        dt = np.diff(time_s[scans])[:, None]
+        changes = np.linalg.norm(np.diff(m.truth.velocity_mps[scans], axis=0), axis=2) / np.maximum(dt, 1e-9)
+        for k in range(changes.shape[1]):
+            at = np.flatnonzero(changes[:, k] > MANOEUVRE_MPS2)
+            parts = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if at.size else []
+            out += [(k, int(scans[part[0]]), int(scans[part[-1] + 1])) for part in parts]
     return out
 
 
@@ -105,10 +111,11 @@ def score_result(recording: PolarPlots, result: Result) -> Scores:
     determinant = xx * yy - xy * xy
     sound = has & (determinant > 0)
     nees = np.where(sound, (yy * ex**2 - 2 * xy * ex * ey + xx * ey**2) / np.where(sound, determinant, 1.0), 0.0)
-    decision = _decisions(a, e)
+    decision = _of_plots(a, a["decision"], e, 0)
+    ellipse = _of_plots(a, gate_classes(a), e, NO_CLASS)
     followed = np.isin(decision, (UPDATED, MIDDLE, MANOEUVRE)).astype(float)
     late = settled(m)[scan, target].astype(float)[:, None] * np.ones(lanes)
-    sets = _set_tallies(m, scan, target, lanes)
+    sets = _set_tallies(m, scan, lanes)
     onset, detected, delay = _delays(m, time, scan, target, decision)
     tallies = [
         Tally("rms_horizontal_m", "m", place, known, root=True, curve=True, compared=True),
@@ -119,7 +126,8 @@ def score_result(recording: PolarPlots, result: Result) -> Scores:
         Tally("nees", "1", nees, np.where(sound, 2.0, 0.0), curve=True, chi_square=True),
         Tally("tracked_share", "1", known * late, late, curve=True, compared=True, share=True),
         *sets,
-        Tally("inner_share", "1", (decision == UPDATED) * 1.0, followed, share=True),
+        Tally("inner_share", "1", (ellipse == INNER).astype(float), (ellipse >= 0).astype(float), share=True),
+        Tally("outer_share", "1", (ellipse == OUTER).astype(float), (ellipse >= 0).astype(float), share=True),
         Tally("manoeuvre_share", "1", (decision == MANOEUVRE) * 1.0, followed, compared=True, share=True),
         Tally("manoeuvre_detected", "1", detected, onset, compared=True, share=True),
         *_per_trial(m, a, lanes, time.size),
@@ -142,19 +150,22 @@ def _speed_and_course(m: Matched, state: Floats, at: Ints, scan: Ints, target: I
     return np.nan_to_num(speed), np.nan_to_num(course)
 
 
-def _decisions(a: dict[str, Any], e: Ints) -> Ints:
-    """(T, L) what was decided about the plot of each matched estimate, 0 = it has none."""
+def _of_plots(a: dict[str, Any], values: Ints, e: Ints, none: int) -> Ints:
+    """(T, L) values (M, L) of the plot of each matched estimate; `none` where it has none."""
     if not a["estimate_mark"].size:
-        return np.zeros(e.shape, np.int64)
+        return np.full(e.shape, none)
     mark = np.where(e >= 0, a["estimate_mark"][np.maximum(e, 0)], -1)
     lane = np.broadcast_to(np.arange(e.shape[1]), e.shape)
-    return np.where(mark >= 0, a["decision"][np.maximum(mark, 0), lane], 0)
+    return np.where(mark >= 0, values[np.maximum(mark, 0), lane], none)
 
 
-def _set_tallies(m: Matched, scan: Ints, target: Ints, lanes: int) -> list[Tally]:
+def _set_tallies(m: Matched, scan: Ints, lanes: int) -> list[Tally]:
     """Distances of the sets of all tracks and targets, each once in a scan: at its first target."""
     first = np.concatenate([[True], np.diff(scan) > 0]) if scan.size else np.empty(0, bool)
-    since = (np.arange(scan.size) >= 0) & first & (scan >= SETTLED_SCANS)
+    of_radar = np.zeros(m.radar.size, np.int64)
+    for scans in m.radars():
+        of_radar[scans] = np.arange(scans.size)
+    since = first & (of_radar[scan] >= SETTLED_SCANS)
     weight = since.astype(float)[:, None] * np.ones(lanes)
 
     def of(name: str) -> Floats:
@@ -177,7 +188,12 @@ def _delays(m: Matched, time: Floats, scan: Ints, target: Ints, decision: Ints) 
     delay = np.full(decision.shape, np.nan)
     for k, begin, end in manoeuvres(m, time):
         row = np.flatnonzero((target == k) & (scan == begin))
-        inside = np.flatnonzero((target == k) & (scan > begin) & (time[scan] <= time[end] + DETECTED_WITHIN_S))
+        inside = np.flatnonzero(
+            (target == k)
+            & (scan > begin)
+            & (m.radar[scan] == m.radar[begin])
+            & (time[scan] <= time[end] + DETECTED_WITHIN_S)
+        )
         if not (row.size and inside.size):
             continue
         called = decision[inside] == MANOEUVRE

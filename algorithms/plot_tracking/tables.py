@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.plot_tracking.joined_tables import compared_tracks, joined_states
 from algorithms.plot_tracking.outputs import (
     ACQUIRED,
     DECISIONS,
@@ -22,6 +23,7 @@ from algorithms.plot_tracking.outputs import (
     STARTED,
     UPDATED,
 )
+from algorithms.plot_tracking.requirements import requirements, thresholds_of
 from algorithms.plot_tracking.scoring import track_shares
 from algorithms.plot_tracking.truth import matched
 from algorithms.recording import PolarPlots
@@ -45,7 +47,10 @@ WHY = {
 
 
 def tabulate(recording: PolarPlots, result: Result) -> dict[str, Table]:
-    """Return the tables states, tracks, track_events, decisions, gates and, with truth, errors."""
+    """Return states, tracks, track_events, decisions, gates; of several radars joined_states and compared_tracks.
+
+    With truth there are errors and requirements too.
+    """
     a: dict[str, Any] = dict(result.arrays)
     lanes = a["decision"].shape[1]
     m = matched(recording, a, lanes)
@@ -63,6 +68,10 @@ def tabulate(recording: PolarPlots, result: Result) -> dict[str, Table]:
         tables["mode_probabilities"] = _weights(a)
     if m is not None:
         tables["errors"] = _errors(recording, a, m.error_m, m.error_mps, target)
+        tables["requirements"] = requirements(m, a, thresholds_of(dict(result.settings)))
+    if len(recording.radars) > 1:
+        tables["compared_tracks"] = compared_tracks(a, lanes)
+        tables["joined_states"] = joined_states(a, target, lanes)
     return tables
 
 
@@ -110,6 +119,7 @@ def _states(recording: PolarPlots, a: dict[str, Any], target: list[str | None]) 
         "speed_mps": np.hypot(ve, vn),
         "course_deg": np.degrees(np.mod(np.arctan2(ve, vn), 2 * np.pi)),
         "misses": a["estimate_misses"].astype(float),
+        "joined": _joined(recording, a["estimate_joined"]),
     }
     return Table(columns | {name: a["estimate_motion"][:, i] for i, name in enumerate(MOTION)})
 
@@ -146,11 +156,19 @@ def _tracks(recording: PolarPlots, a: dict[str, Any], m: Any) -> Table:
         "misses": count - plots,
         "reason": ended,
     }
+    joined = np.zeros(size, np.int64)
+    joined[index] = a["estimate_joined"]
+    columns["joined"] = _joined(recording, joined)
     if m is not None:
         _, _, best, share = track_shares(m, a)
         columns["target"] = [m.truth.names[i] or None if i >= 0 else None for i in best.tolist()]
         columns["target_share"] = share
     return Table(columns)
+
+
+def _joined(recording: PolarPlots, number: Ints) -> Floats:
+    """Numbers of joint tracks; of one radar there are none."""
+    return number.astype(float) if len(recording.radars) > 1 else np.full(number.size, np.nan)
 
 
 def _events(a: dict[str, Any]) -> Table:

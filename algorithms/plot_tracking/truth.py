@@ -55,6 +55,7 @@ class Matched:
     owner : (E,) target of each estimate, -1 = none
     error_m, error_mps : (E, 2) of the matched estimates, else NaN
     distances : of each scan, over all targets
+    radar : (S,) of each scan; those of one radar lie together, in the order of time
     """
 
     truth: Truth
@@ -63,6 +64,11 @@ class Matched:
     error_m: Floats
     error_mps: Floats
     distances: list[SetDistance]
+    radar: Ints
+
+    def radars(self) -> list[Ints]:
+        """Positions of the scans of each radar."""
+        return [np.flatnonzero(self.radar == r) for r in np.unique(self.radar)]
 
 
 def truth_of(recording: PolarPlots, time_s: Floats) -> Truth | None:
@@ -149,4 +155,4 @@ def matched(recording: PolarPlots, arrays: dict[str, Any], lanes: int) -> Matche
     unknown = np.expand_dims(owner < 0, 1)
     error = np.where(unknown, np.nan, place - own.position_m[each, at])
     error_v = np.where(unknown, np.nan, arrays["estimate_state"][:, 2:] - own.velocity_mps[each, at])
-    return Matched(truth, estimate, owner, error, error_v, distances)
+    return Matched(truth, estimate, owner, error, error_v, distances, arrays["scan_radar"])

@@ -23,7 +23,7 @@ import { copyText } from "./toast-area.js";
 const SMALLER = /^((rms|median|p\d+|max)_.*|(?!accepted_)\w+_share|probability_wrong|false_rejection)$/;
 const LARGER = new Set(["answered_share", "probability_correct", "assignment_correct", "recall", "precision"]);
 // Tables whose rows are not of targets.
-const WHOLE = new Set(["receivers", "registration"]);
+const WHOLE = new Set(["receivers", "registration", "compared_tracks", "track_events", "gates"]);
 
 /**
  * Load a table, then draw it; loading and failure stand in its place.
@@ -133,18 +133,25 @@ function bestOf(name, values) {
 export function decisionsTab(run, target, bus) {
   return withTable(run, "decisions", target, (rows) => {
     if (!rows.length) return emptyState(t("decisions.none"));
+    const known = (/** @type {string} */ name) => rows.some((row) => row[name] !== null && row[name] !== undefined && row[name] !== "");
     const columns = /** @type {Column<Row>[]} */ ([
       { title: t("table.label"), cell: (row) => row.label, sort: (row) => String(row.label) },
+      ...(known("gate") ? [{ title: t("column.track"), number: true, cell: (/** @type {Row} */ row) => formatCount(numberOf("track")(row)), sort: numberOf("track") }] : []),
       { title: t("report.row"), number: true, cell: (row) => formatCount(numberOf("row")(row)), sort: numberOf("row") },
       { title: t("table.time"), number: true, cell: (row) => formatExact(roundTime(numberOf("time_s")(row))), sort: numberOf("time_s") },
       { title: t("decisions.decision"), cell: (row) => told(`decision.${row.decision}`, String(row.decision ?? "")), sort: (row) => String(row.decision) },
       { title: t("decisions.distance"), number: true, cell: (row) => formatNumber(numberOf("distance")(row)), sort: numberOf("distance") },
       { title: t("decisions.threshold"), number: true, cell: (row) => formatNumber(numberOf("threshold")(row)), sort: numberOf("threshold") },
+      ...(known("probability") ? [{ title: t("decisions.probability"), number: true, cell: (/** @type {Row} */ row) => formatNumber(numberOf("probability")(row), 3), sort: numberOf("probability") }] : []),
+      ...(known("gate") ? [
+        { title: t("decisions.gate"), cell: (/** @type {Row} */ row) => told(`gate.${row.gate}`, String(row.gate ?? "")), sort: (/** @type {Row} */ row) => String(row.gate) },
+        { title: t("decisions.competing"), cell: (/** @type {Row} */ row) => String(row.competing ?? ""), sort: (/** @type {Row} */ row) => String(row.competing ?? "") },
+      ] : []),
       { title: t("decisions.reason"), wide: true, cell: (row) => h("span", { class: "break" }, row.reason === null ? "" : said(String(row.reason ?? ""))) },
     ]);
     const codes = [...new Set(rows.map((row) => String(row.decision)))];
     const labels = [...new Set(rows.map((row) => String(row.label)))];
-    const chosen = { decision: "", label: "" };
+    const chosen = { decision: "", label: "", track: "" };
     const table = dataTable({
       caption: t("tab.decisions"), columns, rows,
       onpick: (/** @type {Row} */ row) => {
@@ -155,17 +162,26 @@ export function decisionsTab(run, target, bus) {
     table.dataset.table = "decisions";
     table.tall = true;
     followCursor(table, bus);
+    const ofTrack = (/** @type {Row} */ row) => !chosen.track || String(row.track ?? "") === chosen.track || String(row.competing ?? "").split(" ").includes(chosen.track);
+    const filter = () => table.setRows(rows.filter((row) => (!chosen.decision || row.decision === chosen.decision) && (!chosen.label || row.label === chosen.label) && ofTrack(row)));
     const count = (/** @type {string} */ code) => rows.filter((row) => row.decision === code).length;
     const choose = (/** @type {"decision" | "label"} */ field, /** @type {string[]} */ values, /** @type {(value: string) => string} */ words) => h("select", {
       style: "width: auto", "aria-label": t(field === "decision" ? "decisions.decision" : "table.label"), onchange: (/** @type {Event} */ event) => {
         chosen[field] = /** @type {HTMLSelectElement} */ (event.target).value;
-        table.setRows(rows.filter((row) => (!chosen.decision || row.decision === chosen.decision) && (!chosen.label || row.label === chosen.label)));
+        filter();
       },
     }, h("option", { value: "" }, t("decisions.all", { n: rows.length })), values.map((value) => h("option", { value }, words(value))));
     return h("div", null,
       h("div", { class: "row", style: "padding: 8px 12px" },
         choose("decision", codes, (code) => `${told(`decision.${code}`, code)} (${formatCount(count(code))})`),
         labels.length > 1 ? choose("label", labels, (label) => label) : null,
+        known("gate") ? h("input", {
+          type: "number", min: "1", step: "1", style: "width: 9em", placeholder: t("decisions.of_track"), "aria-label": t("decisions.of_track"),
+          oninput: (/** @type {Event} */ event) => {
+            chosen.track = /** @type {HTMLInputElement} */ (event.target).value.trim();
+            filter();
+          },
+        }) : null,
         h("span", { class: "small muted" }, t("decisions.hint"))),
       table);
   });

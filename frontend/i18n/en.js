@@ -1,5 +1,8 @@
 // @ts-check
 // Every text of the page. Objects hold plural forms, chosen by {n}.
+
+import plotTracking from "./en-plot-tracking.js";
+
 export default {
   // frame
   "nav.label": "Pages",
@@ -803,4 +806,5 @@ export default {
   "chart.trials_sweep": "Error against the swept value",
   "metric.actual_over_claimed": "Actual over claimed error",
   "metric.lost_tracks": "Trials with a lost track",
+  ...plotTracking,
 };

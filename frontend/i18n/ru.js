@@ -1,5 +1,8 @@
 // @ts-check
 // Все тексты страницы. Объекты содержат формы множественного числа, выбираемые по {n}.
+
+import plotTracking from "./ru-plot-tracking-page.js";
+
 /** @type {Record<import("../js/i18n.js").Key, string | Record<string, string>>} */
 export default {
   // frame
@@ -804,4 +807,5 @@ export default {
   "chart.trials_sweep": "Ошибка в зависимости от перебираемого значения",
   "metric.actual_over_claimed": "Фактическая ошибка к заявленной",
   "metric.lost_tracks": "Реализации с потерей трассы",
+  ...plotTracking,
 };

@@ -22,6 +22,7 @@ import { decisionsTab, exportTab, logTab, metricsTab, parametersTab, receiversTa
 import { editButton, tagLinks } from "../components/run-name-form.js";
 import { registrationTab, runAlarms } from "../components/run-alarms.js";
 import { runVerdict } from "../components/run-verdict.js";
+import { joinsTab, requirementsTab } from "../components/tracking-tabs.js";
 import { trialsSoFar } from "../components/trials-so-far.js";
 import { trialsVerdict } from "../components/trials-verdict.js";
 import { claimsTab, comparisonsTab, consistencyTab, trialMetricsTab } from "../components/trial-tabs.js";
@@ -304,6 +305,8 @@ class RunPage extends HTMLElement {
       ...(has("tracks") ? [{ name: "tracks", title: t("tab.tracks"), draw: () => tracksTab(run, target, choosable ? (name) => changeQuery({ target: name }) : null) }] : []),
       ...(has("receivers") ? [{ name: "receivers", title: t("tab.receivers"), draw: () => receiversTab(run, target) }] : []),
       ...(count("registration") ? [{ name: "registration", title: t("tab.registration"), draw: () => registrationTab(run) }] : []),
+      ...(count("requirements") ? [{ name: "requirements", title: t("tab.requirements"), draw: () => requirementsTab(run, target) }] : []),
+      ...(count("compared_tracks") ? [{ name: "joins", title: t("tab.joins"), draw: () => joinsTab(run) }] : []),
       { name: "parameters", title: t("tab.parameters"), draw: () => parametersTab(run) },
       { name: "log", title: t("tab.log"), draw: () => logTab(run) },
       { name: "export", title: t("tab.export"), draw: () => exportTab(run, charts, tables.map((table) => table.name), target) },

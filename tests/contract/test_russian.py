@@ -26,7 +26,7 @@ from tests.contract.server_sentences import sentences
 
 ENTRY = re.compile(r'^ {2}("(?:[^"\\]|\\.)*"): ("(?:[^"\\]|\\.)*"),$', re.M)
 PATTERN = re.compile(r"^ {2}\[/(.+)/, \"", re.M)
-FAMILIES = ("multilateration", "forward_scatter", "identification", "multiple_model")
+FAMILIES = ("multilateration", "forward_scatter", "identification", "multiple_model", "plot_tracking")
 
 
 @pytest.fixture(scope="module")

@@ -1,12 +1,15 @@
 """Which track each target has, scan by scan: a row for each target, a colour for each track, a gap where it has none.
 
-Where nothing is known of targets, each track has a row of its own.
+Where nothing is known of targets, each track has a row of its own. Of several radars a target has a row for each, and
+the colour is that of the joint track.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from algorithms.result import Table
 from backend.charts import theme
 from backend.charts.columns import Floats, Ints, numbers, row_numbers, words
 from backend.charts.figure import ChartNote, Trace, axis, counted, figure, not_applicable, time_axis, trace
@@ -53,6 +56,11 @@ def _bars(entry: Entry, most: int, notes: list[ChartNote]) -> list[Trace]:
         row_of = np.where(named, target, NOBODY)
     else:
         row_of = np.array([f"track {int(n)}" if np.isfinite(n) else "" for n in track.tolist()], object)
+    radar = _radars(table, track)
+    if np.unique(radar[radar != ""]).size > 1:
+        row_of = np.array([f"{row}, {name}" for row, name in zip(row_of.tolist(), radar.tolist(), strict=True)], object)
+    shown = numbers(table, "joined") if "joined" in table.names else track
+    shown = np.where(np.isfinite(shown), shown, track)
     names = list(dict.fromkeys(row_of[np.lexsort((time, ~named))].tolist()))
     if len(names) > most:
         text = f"The first {most} of {counted(len(names), 'row')} are drawn."
@@ -63,9 +71,12 @@ def _bars(entry: Entry, most: int, notes: list[ChartNote]) -> list[Trace]:
     for name in names[:most]:
         mine = np.flatnonzero(row_of == name)
         # Tracks without a target lie over each other in one row: piece by piece of each track.
-        mine = mine[np.lexsort((time[mine], track[mine]) if name == NOBODY else (time[mine],))]
+        nobody = not named[mine[0]]
+        mine = mine[np.lexsort((time[mine], track[mine]) if nobody else (time[mine],))]
         for number, piece in _pieces(mine, time, track, step):
-            color = int(number) - 1 if np.isfinite(number) else 0
+            of_joint = shown[piece[0]]
+            color = int(of_joint) - 1 if np.isfinite(of_joint) else 0
+            joint = f" of joint track {of_joint:g}" if of_joint != number and np.isfinite(of_joint) else ""
             label = f"{entry.label}, {name}"
             ends = piece[[0, -1]]
             out.append(
@@ -80,11 +91,18 @@ def _bars(entry: Entry, most: int, notes: list[ChartNote]) -> list[Trace]:
                     line={"color": theme.series_color(color), "width": 9},
                     marker={"color": theme.series_color(color), "symbol": theme.series_symbol(color), "size": 7},
                     customdata=rows[ends],
-                    hovertemplate=f"<b>{name}</b><br>track {number:g}, {counted(piece.size, 'scan')}<br>%{{x:.5~g}} s"
-                    f"<extra>{entry.label}</extra>",
+                    hovertemplate=f"<b>{name}</b><br>track {number:g}{joint}, {counted(piece.size, 'scan')}"
+                    f"<br>%{{x:.5~g}} s<extra>{entry.label}</extra>",
                 )
             )
     return out
+
+
+def _radars(table: Table, track: Floats) -> NDArray[np.object_]:
+    """Name of the radar that each row's track is of: whose plots it used."""
+    used = words(table, "used").astype(object)
+    own = {number: name for number, name in zip(track.tolist(), used.tolist(), strict=True) if name}
+    return np.array([own.get(number, "") for number in track.tolist()], object)
 
 
 def _usual_step(time: Floats) -> float:
