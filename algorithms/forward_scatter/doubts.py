@@ -7,7 +7,10 @@ specification 10.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from algorithms.forward_scatter import outputs
@@ -16,10 +19,13 @@ from algorithms.forward_scatter.piece import Arrays, Piece
 from algorithms.recording import DopplerPairs
 from algorithms.result import Note
 
+Floats = NDArray[np.float64]
+
 LARGEST_SIDE = 0.3
 SPEED_MPS = (5.0, 3000.0)
 CHI2_QUANTILE = 0.999
 FEWEST_FOR_SIGN = 6
+LEAST_AGREEING = 0.5
 
 
 def sign_notes(recording: DopplerPairs) -> list[Note]:
@@ -37,6 +43,45 @@ def sign_notes(recording: DopplerPairs) -> list[Note]:
     return []
 
 
+@dataclass(frozen=True)
+class PassAnswer:
+    """What a pass measured and what was answered: K rows, C channels; theta (K, 5), `used` (K, C)."""
+
+    time: Floats
+    doppler: Floats
+    answered: NDArray[np.bool_]
+    theta: Floats
+    chi2: Floats
+    dof: NDArray[np.int64]
+    used: NDArray[np.bool_]
+    a: float
+    """Length of the base line, m."""
+
+
+def doubts_of(one: PassAnswer) -> tuple[str, ...]:
+    """Codes of what is doubtful about a pass, by its last answer."""
+    out = ["sign_reversed"] if rising(one.time, one.doppler) else []
+    if not one.answered.any():
+        return tuple(out)
+    last = int(np.flatnonzero(one.answered)[-1])
+    tau, s, vy, _, ay = one.theta[last]
+    if not SPEED_MPS[0] <= abs(vy) <= SPEED_MPS[1]:
+        out.append("speed_unlikely")
+    measured = np.isfinite(one.doppler)
+    # What was rejected as false does not lengthen the pass.
+    d = one.time[(measured & one.used).any(axis=1)] - tau
+    side = np.abs(vy * d + 0.5 * ay * d * d).max(initial=0.0)
+    if side > LARGEST_SIDE * min(s, one.a - s):
+        out.append("far_from_base_line")
+    if d.size and d[-1] < 0:
+        out.append("ends_before_crossing")
+    if one.dof[last] > 0 and one.chi2[last] > stats.chi2.ppf(CHI2_QUANTILE, one.dof[last]):
+        out.append("chi2_large")
+    if (one.used & measured).sum() < LEAST_AGREEING * measured.sum():
+        out.append("few_agree")
+    return tuple(out)
+
+
 def doubts(pieces: list[Piece], conditions: Conditions, arrays: Arrays) -> list[Note]:
     """Warnings about the first trial's passes."""
     counts: dict[str, int] = {}
@@ -44,24 +89,18 @@ def doubts(pieces: list[Piece], conditions: Conditions, arrays: Arrays) -> list[
         if 0 not in piece.lanes:
             continue
         rows = piece.rows
-        answered = rows[np.isin(arrays["status"][rows, 0], outputs.ANSWERED)]
-        if rising(piece):
-            counts["sign_reversed"] = counts.get("sign_reversed", 0) + 1
-        if not answered.size:
-            continue
-        theta = np.asarray(arrays["theta"], float)[answered[-1], :, 0]
-        tau, s, vy, _, ay = theta
-        if not SPEED_MPS[0] <= abs(vy) <= SPEED_MPS[1]:
-            counts["speed_unlikely"] = counts.get("speed_unlikely", 0) + 1
-        d = piece.time[np.isfinite(piece.doppler[:, :, 0]).any(axis=1)] - tau
-        side = np.abs(vy * d + 0.5 * ay * d * d).max(initial=0.0)
-        if side > LARGEST_SIDE * min(s, conditions.a - s):
-            counts["far_from_base_line"] = counts.get("far_from_base_line", 0) + 1
-        if d.size and d[-1] < 0:
-            counts["ends_before_crossing"] = counts.get("ends_before_crossing", 0) + 1
-        chi2, dof = float(arrays["chi2"][answered[-1], 0]), int(arrays["dof"][answered[-1], 0])
-        if dof > 0 and chi2 > stats.chi2.ppf(CHI2_QUANTILE, dof):
-            counts["chi2_large"] = counts.get("chi2_large", 0) + 1
+        one = PassAnswer(
+            time=piece.time,
+            doppler=piece.doppler[:, :, 0],
+            answered=np.isin(arrays["status"][rows, 0], outputs.ANSWERED),
+            theta=np.asarray(arrays["theta"], float)[rows, :, 0],
+            chi2=np.asarray(arrays["chi2"], float)[rows, 0],
+            dof=np.asarray(arrays["dof"], np.int64)[rows, 0],
+            used=np.asarray(arrays["used"], np.bool_)[rows, :, 0],
+            a=conditions.a,
+        )
+        for code in doubts_of(one):
+            counts[code] = counts.get(code, 0) + 1
     said = {
         "sign_reversed": "The Dopplers rise through the pass: the Doppler sign convention is probably reversed.",
         "speed_unlikely": "The velocity across the base line is outside 5 to 3000 m/s: probably a wrong unit, kHz "
@@ -72,18 +111,19 @@ def doubts(pieces: list[Piece], conditions: Conditions, arrays: Arrays) -> list[
         "extrapolated, expect two to four times the error. Formula 19 or maximum likelihood is better.",
         "chi2_large": "The residuals are larger than the Doppler error allows (99.9 %): false values (set robust to "
         "consensus), an acceleration (five unknowns), or a wrong error.",
+        "few_agree": "Less than half of the Dopplers of a pass agree with its answer: perhaps there is no target "
+        "in it.",
     }
     return [Note(code, said[code], count) for code, count in counts.items()]
 
 
-def rising(piece: Piece) -> bool:
-    """Whether every channel of the first trial rises significantly over the whole pass."""
+def rising(time: Floats, doppler: Floats) -> bool:
+    """Whether every channel of Dopplers (K, C) rises significantly over the whole pass."""
     found = []
-    for c in range(piece.doppler.shape[1]):
-        f = piece.doppler[:, c, 0]
+    for f in doppler.T:
         known = np.isfinite(f)
         if known.sum() < FEWEST_FOR_SIGN:
             continue
-        fit = stats.linregress(piece.time[known], f[known]) if np.ptp(piece.time[known]) > 0 else None
+        fit = stats.linregress(time[known], f[known]) if np.ptp(time[known]) > 0 else None
         found.append(fit is not None and fit.slope > 3 * fit.stderr > 0)
     return bool(found) and all(found)

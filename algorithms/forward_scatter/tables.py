@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.forward_scatter import outputs
+from algorithms.forward_scatter.track_table import track_table
 from algorithms.recording import DopplerPairs
 from algorithms.result import Result, Table
 
@@ -37,7 +38,7 @@ def tabulate(recording: DopplerPairs, result: Result) -> dict[str, Table]:
         "states": _states(recording, result),
         "crossings": _crossings(recording, result),
         "dopplers": _dopplers(recording, result),
-        "tracks": _tracks(recording, result),
+        "tracks": track_table(recording, result),
         "decisions": _decisions(recording, result),
     }
     if recording.has_truth:
@@ -166,30 +167,6 @@ def _errors(recording: DopplerPairs, result: Result) -> Table:
             "row": ends["row"][keep],
         }
     )
-
-
-def _tracks(recording: DopplerPairs, result: Result) -> Table:
-    """One row for each pass: when, how many rows, and its last answer."""
-    a = result.arrays
-    rows: list[tuple[Any, ...]] = []
-    for trial in range(a["track"].shape[1]):
-        number = a["track"][:, trial]
-        for track in np.unique(number[number > 0]):
-            where = np.flatnonzero(number == track)
-            answered = np.isin(a["status"][where, trial], outputs.ANSWERED)
-            last = where[np.flatnonzero(answered)[-1]] if answered.any() else None
-            theta = a["theta"][last, :, trial] if last is not None else np.full(5, np.nan)
-            target = recording.targets[recording.target[where[0]]] or None
-            later = where[-1] + 1 < len(number)
-            times = recording.time_s[where[0]], recording.time_s[where[-1]]
-            end = "next pass or silence" if later else "end of the recording"
-            rows.append((int(track), target, "ended" if later else "open", *times, int(answered.sum()),
-                         int((~answered).sum()), end, *theta[:4]))  # fmt: skip
-    names = ("track", "target", "state", "start_s", "end_s", "updates", "misses", "reason",
-             "crossing_s", "distance_m", "across_mps", "along_mps")  # fmt: skip
-    columns = list(zip(*rows, strict=True)) if rows else [()] * len(names)
-    texts = {"target", "state", "reason"}
-    return Table({n: list(c) if n in texts else np.array(c, float) for n, c in zip(names, columns, strict=True)})
 
 
 def _decisions(recording: DopplerPairs, result: Result) -> Table:

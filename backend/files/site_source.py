@@ -70,10 +70,13 @@ def site_error(error: ValidationError) -> InputError:
     message = first["msg"].removeprefix("Value error, ")
     more = f" ({len(details) - 1} more)" if len(details) > 1 else ""
     is_syntax = first["type"] == "json_invalid"
+    field = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in first["loc"]).lstrip(".")
     return InputError(
-        f"The site cannot be used: {message}{more}.",
+        f"The site cannot be used, {field}: {message}{more}."
+        if field
+        else f"The site cannot be used: {message}{more}.",
         pointer="".join(f"/{step}" for step in ("site", *first["loc"])),
-        remedy="Correct the JSON." if is_syntax else "docs/formats.md shows a site.",
+        remedy="Correct the JSON." if is_syntax else "A site is described in docs/formats.md.",
         code="site_json" if is_syntax else "site_invalid",
     )
 

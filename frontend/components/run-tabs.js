@@ -253,11 +253,12 @@ function plainColumns(rows) {
     return {
       title: told(`column.${name}`, name),
       number,
-      wide: name === "reason",
+      wide: name === "reason" || name === "doubts",
       cell: (/** @type {Row} */ row) => {
         const value = row[name] ?? null;
         if (typeof value === "number") return Number.isInteger(value) ? formatCount(value) : formatNumber(value, 4);
         if (typeof value === "boolean") return t(value ? "form.yes" : "form.no");
+        if (name === "doubts") return h("span", { class: "break" }, String(value ?? "").split(" ").filter(Boolean).map((code) => told(`doubt.${code}`, code)).join("; "));
         return h("span", { class: "break" }, value === null ? "" : told(`decision.${value}`, value));
       },
       sort: (/** @type {Row} */ row) => /** @type {string | number | null} */ (row[name] ?? null),

@@ -70,6 +70,9 @@ def test_sites_that_are_not_sound(read, stations, pointer, code):
     with pytest.raises(InputError) as e:
         read(MARKS, site=json.dumps({"stations": stations}))
     assert (e.value.code, e.value.pointer) == (code, pointer)
+    # Who reads the sentence alone, as the page shows it, finds the field in it.
+    if pointer.startswith("/site/stations/0/"):
+        assert f"stations[0].{pointer.rpartition('/')[2]}: " in str(e.value)
 
 
 def test_equal_stations_are_both_named(read):

@@ -68,6 +68,54 @@ def test_magnitudes_are_cut_where_they_stop_rising(scenario: dict[str, Any]) -> 
     assert ends == pytest.approx(15_000 + 5_000 * np.arange(4), abs=2000)
 
 
+def table(name: str, recording: DopplerPairs, **parameters: Any) -> dict[str, Any]:
+    return dict(algorithms_by_name()[name].tabulate(recording, run(name, recording, **parameters))["tracks"].columns)
+
+
+@pytest.mark.parametrize("name", [LINES, ML, "forward_scatter_angle", "forward_scatter_kalman"])
+def test_a_pass_is_a_row_with_its_errors_and_without_doubts(name: str) -> None:
+    recording = made(targets=3, target_interval_s=60.0, distance_step_m=7_000.0)
+    found = table(name, recording)
+    last = run(name, recording).arrays
+    ends = [30, 61, 92]
+    assert found["distance_m"] == pytest.approx(last["theta"][ends, 1, 0])
+    assert found["sigma_distance_m"] == pytest.approx(np.sqrt(last["theta_covariance"][ends, 1, 1, 0]))
+    assert found["sigma_crossing_s"] == pytest.approx(np.sqrt(last["theta_covariance"][ends, 0, 0, 0]))
+    assert found["course_deg"] == pytest.approx(90, abs=20)
+    assert found["used_share"].tolist() == [1.0] * 3
+    assert found["doubts"] == [None] * 3
+
+
+def test_what_is_doubtful_stands_beside_the_pass_that_it_is_about() -> None:
+    """The second of three passes is nothing but false Dopplers: robust methods agree with few of them."""
+    recording = made(targets=3, target_interval_s=100.0, distance_step_m=7_000.0)
+    f = recording.doppler_hz.copy()
+    f[31:62, :, 0] = np.random.default_rng(3).uniform(-100, 100, (31, 2))
+    noisy = replace(recording, doppler_hz=f)
+    found = table(ML, noisy, robust="consensus", gap_s=50.0)
+    begin, doubts = found["start_s"], found["doubts"]
+    good = (begin == 0) | (begin == 200)
+    assert good.sum() == 2
+    assert [word for word, ok in zip(doubts, good, strict=True) if ok] == [None, None]
+    assert all("few_agree" in (word or "") for word, ok in zip(doubts, good, strict=True) if not ok)
+    assert (found["used_share"][good] > 0.95).all()
+    assert (found["used_share"][~good] < 0.5).all()
+    # The same, plainly: residuals are too large there.
+    plain = table(ML, noisy, gap_s=50.0)
+    between = [word for word, t in zip(plain["doubts"], plain["start_s"], strict=True) if 100 <= t < 200]
+    assert between
+    assert all("chi2_large" in (word or "") for word in between)
+    one = made()
+    upwards = replace(one, doppler_hz=-one.doppler_hz)
+    assert list(table(ML, upwards, passes="one")["doubts"]) == ["sign_reversed"]
+
+
+def test_magnitudes_are_doubted_like_their_signed_values() -> None:
+    recording = made(crossing_distance_m=5_000.0)
+    unsigned = replace(recording, doppler_hz=np.abs(recording.doppler_hz))
+    assert table(ML, unsigned, unsigned=True)["doubts"] == table(ML, recording)["doubts"] == ["far_from_base_line"]
+
+
 def test_targets_with_names_are_cut_each_by_itself() -> None:
     """Two targets whose rows alternate."""
     one = made(targets=2, target_interval_s=60.0)
