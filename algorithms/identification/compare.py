@@ -105,7 +105,7 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
     hypotheses, wrong = diagnosed(*together.at_instants, first, second, pairs_made) if lanes == 1 else ([], [])
     notes = [*plots.notes, *unusable_plots(plots), *together.notes]
     notes += _notes(plots, recording, (first, second), unsettled, total)
-    notes += [*_doubts(filled), *exactness(parameters, split, ranked, truncation), *wrong]
+    notes += [*doubts(filled), *exactness(parameters, split, ranked, truncation), *wrong]
     arrays = (
         filled.arrays()
         | joined_pairs(pairs, lanes)
@@ -238,7 +238,7 @@ def exactness(parameters: object, split: int, ranked: int, truncation: float) ->
     return out
 
 
-def _doubts(filled: Filled) -> list[Note]:
+def doubts(filled: Filled) -> list[Note]:
     """Plots that no better method would decide."""
     out = []
     if (filled.reason == ONE_LINE).any():

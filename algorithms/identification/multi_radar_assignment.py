@@ -9,8 +9,8 @@ barshalom2001, section 1.4; crouse2016; specification 7 D.
 
 Differences from the paper
 --------------------------
-The paper has two radars. The stated probability of a set compares the best choice with the best one that lacks the
-set; as third and further choices are left out, it is an upper bound.
+The paper has two radars. Where plots are so dense that not all choices can be summed over, the stated probability of a
+set compares the best choice with the best one that lacks it; as further ones are left out, it is an upper bound.
 """
 
 from __future__ import annotations
@@ -20,15 +20,16 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.identification.compare import side_of, unusable_plots
+from algorithms.identification.compare import doubts, side_of, unusable_plots
 from algorithms.identification.filled import DOF, Filled, Pairs, joined_pairs, listed_pairs
 from algorithms.identification.instants import brought_together
 from algorithms.identification.measures import measure
-from algorithms.identification.outputs import ACCEPTED, PLOT_OUTPUTS, REJECTED, UNDECIDED
+from algorithms.identification.outputs import ACCEPTED, ONE_LINE, PLOT_OUTPUTS, TIED, UNDECIDED
 from algorithms.identification.pairs import Points, pair_statistics, points_of
 from algorithms.identification.parameters import ManyRadarParameters
 from algorithms.identification.plots import Look, Plots, plots_of, refuse_nothing
 from algorithms.identification.registration_sets import AcceptedSets, diagnosed_sets, joined_sets
+from algorithms.identification.set_pairs import SetPairs, all_on_one_line
 from algorithms.identification.tables import tabulate
 from algorithms.identification.truth import score_groups
 from algorithms.identification.tuples import Densities, Looked, Packed, pack
@@ -40,6 +41,10 @@ from algorithms.toolbox.association.gate import gate_threshold
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+
+TIE = 1e-12
+"""Probabilities nearer to each other than this are a tie."""
 
 
 class MultiRadarParameters(ManyRadarParameters):
@@ -66,28 +71,32 @@ def _looked(
 
 
 def _solved(
-    plots: Plots, look: Look, p: ManyRadarParameters, lane: int, points: list[Points], *, margins: bool
-) -> tuple[Packed, Ints]:
-    """The best sets of one trial, and their plots as positions in the recording, (T, K), -1 = none."""
+    plots: Plots, look: Look, p: ManyRadarParameters, lane: int, points: list[Points], *, probabilities: bool
+) -> tuple[Packed, Ints, list[Ints]]:
+    """The best sets of one trial, their plots as positions in the recording, (T, K), -1 = none, and what was there."""
     looked, there = _looked(points, [plots.usable[rows] for rows in look.rows], lane, p)
-    packed = pack(looked, limit=p.most_candidates, margins=margins)
+    packed = pack(looked, limit=p.most_candidates, probabilities=probabilities)
     marks = np.full(packed.tuples.shape, -1)
     for k, rows in enumerate(look.rows):
         has = packed.tuples[:, k] >= 0
         marks[has, k] = rows[there[k][packed.tuples[has, k]]]
-    return packed, marks
+    return packed, marks, there
 
 
 def _points(plots: Plots, look: Look, p: ManyRadarParameters) -> list[Points]:
     return [points_of(side_of(plots, k, rows), p.conversion) for k, rows in enumerate(look.rows)]
 
 
-def _accepted(packed: Packed, p: ManyRadarParameters) -> tuple[Floats, NDArray[np.bool_]]:
-    """Upper bound of each set's probability (NaN = unknown), and whether it is accepted."""
-    share = 1 / (1 + np.exp(-packed.margin))
+def _accepted(packed: Packed, p: ManyRadarParameters) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether each set is accepted, and whether another one of its plots is exactly as probable."""
+    own, listed = packed.probability, packed.listed_probability
+    tied = np.zeros(own.size, np.bool_)
+    for t in np.flatnonzero(np.isfinite(own) & ~packed.bounded):
+        rivals = ((packed.listed == packed.tuples[t]) & (packed.listed >= 0)).any(axis=1)
+        tied[t] = (np.abs(listed[rivals] - own[t]) < TIE).sum() > 1
     if p.decision == "most_likely":
-        return share, np.ones(share.size, np.bool_)
-    return share, ~(share < p.p_min)
+        return np.ones(own.size, np.bool_), tied
+    return ~(own < p.p_min) & ~tied, tied
 
 
 def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunContext) -> Result:
@@ -101,28 +110,33 @@ def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunCon
     threshold = gate_threshold(parameters.alpha, DOF)
     total = sum(a.size * b.size for look in plots.looks for a, b in combinations(look.rows, 2))
     pairs: list[Pairs] = []
-    sequential = 0
+    sequential = bounded = 0
     sets: list[AcceptedSets] = []
     for number, look in enumerate(plots.looks):
         points = _points(plots, look, parameters)
         for rows, one in zip(look.rows, points, strict=True):
             filled.position[rows] = np.stack([one.x, one.y], axis=1) - _gone_on(plots, rows)
+        found = SetPairs(look, plots.lanes)
         for lane in range(plots.lanes):
             context.check_cancelled()
-            packed, marks = _solved(plots, look, parameters, lane, points, margins=True)
+            packed, marks, there = _solved(plots, look, parameters, lane, points, probabilities=True)
             sequential += not packed.exact
-            _take(recording, plots, filled, packed, marks, lane, parameters)
+            bounded += bool(packed.bounded.any())
+            kept, tied = _accepted(packed, parameters)
+            found.take(lane, packed, there, kept)
+            for rows, alone, here in zip(look.rows, found.alone, there, strict=True):
+                filled.alone[rows[here], lane] = filled.probability[rows[here], lane] = alone[here, lane]
+            _take(recording, plots, filled, packed, marks, lane, (kept, tied))
             if plots.lanes == 1:
-                kept = _accepted(packed, parameters)[1]
                 sets.append(AcceptedSets(marks[kept], packed.place[kept], packed.covariance[kept]))
-        pairs += _pairs(recording, plots, look, parameters, filled, total)
+        pairs += _pairs(recording, plots, look, parameters, found, total)
         context.progress((number + 1) / len(plots.looks))
     if not plots.looks:
         context.check_cancelled()
         context.progress(1.0)
     made = joined_sets(sets, len(radars))
     hypotheses, wrong = diagnosed_sets(*together.at_instants, made) if plots.lanes == 1 else ([], [])
-    notes = [*plots.notes, *unusable_plots(plots), *together.notes, *wrong]
+    notes = [*plots.notes, *unusable_plots(plots), *together.notes, *doubts(filled), *wrong]
     if sequential:
         notes.append(
             Note(
@@ -130,6 +144,15 @@ def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunCon
                 "Looks with more sets of plots than most_candidates were put together radar by radar, which need not "
                 "be the best choice, and without probabilities.",
                 sequential,
+            )
+        )
+    if bounded:
+        notes.append(
+            Note(
+                "sets_bounded",
+                "Looks are so dense that the probabilities of some sets of plots are no sums over all choices: each "
+                "compares the best choice with the best one that lacks the set, which is an upper bound.",
+                bounded,
             )
         )
     arrays = (
@@ -164,33 +187,34 @@ def _take(
     packed: Packed,
     marks: Ints,
     lane: int,
-    parameters: ManyRadarParameters,
+    said: tuple[NDArray[np.bool_], NDArray[np.bool_]],
 ) -> None:
-    share, accepted = _accepted(packed, parameters)
+    accepted, tied = said
     for t, members in enumerate(marks):
         own = members[members >= 0]
         filled.decision[own, lane] = ACCEPTED if accepted[t] else UNDECIDED
-        filled.probability[own, lane] = share[t]
+        filled.probability[own, lane] = packed.probability[t]
         filled.statistic[own, lane] = packed.statistic[t]
         if accepted[t]:
             filled.group[own, lane] = recording.row[own[0]]
             filled.fused[own, :, lane] = packed.place[t] - _gone_on(plots, own)[:, :, 0]
             filled.covariance[own, :, lane] = packed.covariance[t]
+        elif tied[t]:
+            filled.reason[own, lane] = TIED
+        elif all_on_one_line(plots, own, lane):
+            filled.reason[own, lane] = ONE_LINE
 
 
 def _pairs(
-    recording: PolarPlots, plots: Plots, look: Look, p: ManyRadarParameters, filled: Filled, total: int
+    recording: PolarPlots, plots: Plots, look: Look, p: ManyRadarParameters, sets: SetPairs, total: int
 ) -> list[Pairs]:
     """All pairs of radars: a pair has the decision of the set that both plots are in."""
     out = []
     for a, b in combinations(range(len(plots.names)), 2):
         rows = (look.rows[a], look.rows[b])
         found = pair_statistics(side_of(plots, a, rows[0]), side_of(plots, b, rows[1]), p.conversion)
-        group = [filled.group[r] for r in rows]
-        same = (group[0][:, None] == group[1][None]) & (group[0] > 0)[:, None]
-        probability = np.where(same, filled.probability[rows[0]][:, None], np.nan)
-        decision = np.where(same, ACCEPTED, REJECTED)
-        out.append(listed_pairs(recording, look.number, rows, found.statistic, probability, decision, total))
+        said = (sets.probability[a, b], sets.decision[a, b])
+        out.append(listed_pairs(recording, look.number, rows, found.statistic, *said, total))
     return out
 
 
@@ -203,13 +227,13 @@ def score(recording: PolarPlots, parameters: MultiRadarParameters, context: RunC
         np.full((len(recording), 3, plots.lanes), np.nan),
     )
     statistic, dof = np.full(groups.shape, np.nan), np.zeros(groups.shape)
-    margins = parameters.decision == "posterior"
+    probabilities = parameters.decision == "posterior"
     for look in plots.looks:
         points = _points(plots, look, parameters)
         for lane in range(plots.lanes):
             context.check_cancelled()
-            packed, marks = _solved(plots, look, parameters, lane, points, margins=margins)
-            _, accepted = _accepted(packed, parameters)
+            packed, marks, _ = _solved(plots, look, parameters, lane, points, probabilities=probabilities)
+            accepted, _ = _accepted(packed, parameters)
             for t in np.flatnonzero(accepted):
                 own = marks[t][marks[t] >= 0]
                 groups[own, lane] = own[0]

@@ -8,7 +8,8 @@ alone":
     w_k = lambda_k + nu p_k prod_(j != k) (1 - p_j).
 
 The best set of disjoint tuples is a set packing, solved exactly as an integer program; where there are too many tuples,
-radar by radar: plots of the next one are assigned to the tuples so far.
+radar by radar: plots of the next one are assigned to the tuples so far. The probability of a tuple is the share of all
+sets of disjoint tuples that hold it.
 
 References
 ----------
@@ -32,6 +33,7 @@ from scipy.sparse import coo_array
 from algorithms.errors import AlgorithmError
 from algorithms.identification.pairs import Points
 from algorithms.toolbox.association.assignment import LEAST_DENSITY, most_likely_matching
+from algorithms.toolbox.association.packings import packing_probabilities
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -73,8 +75,9 @@ class Packed:
     tuples : (T, K) plot of each radar, -1 = none
     scores, statistic : (T,)
     place, covariance : (T, 2) and (T, 3) xx yy xy
-    margin : (T,) by how much the best set without the tuple is worse, ln; NaN where it was not asked for
-    candidates : tuples that were possible
+    probability : (T,) of each tuple; NaN where it was not asked for
+    bounded : (T,) whether that is an upper bound, because there are too many choices to sum over
+    listed, listed_probability : (C, K) and (C,) all tuples that were possible; NaN where they were not summed
     exact : whether the integer program was solved
     """
 
@@ -83,8 +86,10 @@ class Packed:
     statistic: Floats
     place: Floats
     covariance: Floats
-    margin: Floats
-    candidates: int
+    probability: Floats
+    bounded: NDArray[np.bool_]
+    listed: Ints
+    listed_probability: Floats
     exact: bool
 
 
@@ -165,9 +170,9 @@ class Looked:
         return found if len(found) <= limit else None
 
 
-def pack(looked: Looked, *, limit: int = MOST_CANDIDATES, margins: bool = False) -> Packed:
-    """Find the best set of disjoint tuples."""
-    if len(looked.count) == 2 and not margins:
+def pack(looked: Looked, *, limit: int = MOST_CANDIDATES, probabilities: bool = False) -> Packed:
+    """Find the best set of disjoint tuples, and if asked for the probability of every tuple."""
+    if len(looked.count) == 2 and not probabilities:
         # Two radars are a plain assignment.
         return replace(_sequential(looked), exact=True)
     tuples = looked.candidates(limit)
@@ -176,23 +181,44 @@ def pack(looked: Looked, *, limit: int = MOST_CANDIDATES, margins: bool = False)
     scores, *_ = looked.evaluate(tuples)
     worth = scores > 0
     kept = tuples[worth]
-    total, chosen = _solve(looked.count, kept, scores[worth])
-    margin = np.full(len(chosen), np.nan)
-    if margins:
-        for i, c in enumerate(chosen):
-            other = np.delete(np.arange(len(kept)), c)
-            margin[i] = total - _solve(looked.count, kept[other], scores[worth][other])[0]
+    chosen = _solve(looked.count, kept, scores[worth])[1]
     best = kept[chosen]
-    return Packed(best, *looked.evaluate(best), margin=margin, candidates=len(tuples), exact=True)
+    listed = np.full(len(tuples), np.nan)
+    own, bounded = np.full(len(best), np.nan), np.zeros(len(best), np.bool_)
+    if probabilities:
+        listed = packing_probabilities(numbered(looked.count, tuples), scores, int(sum(looked.count)))
+        own = listed[np.flatnonzero(worth)[chosen]]
+        bounded = np.isnan(own)
+        own[bounded] = _upper_bounds(looked.count, kept, scores[worth], np.isnan(listed[worth]), chosen[bounded])
+    return Packed(best, *looked.evaluate(best), own, bounded, tuples, listed, exact=True)
+
+
+def numbered(counts: list[int], tuples: Ints) -> Ints:
+    """(T, K) numbers of the plots among those of all radars one after another, -1 = none."""
+    offset = np.concatenate([[0], np.cumsum(counts)])[:-1]
+    return np.where(tuples >= 0, tuples + offset, -1)
+
+
+def _upper_bounds(counts: list[int], tuples: Ints, scores: Floats, large: NDArray[np.bool_], chosen: Ints) -> Floats:
+    """Compare the best choice with the best one that lacks a tuple: others make its probability smaller only.
+
+    `large` says which tuples are in groups that are not summed: the other ones do not depend on them.
+    """
+    out = np.empty(len(chosen))
+    with_all = _solve(counts, tuples[large], scores[large])[0] if chosen.size else 0.0
+    for i, c in enumerate(chosen):
+        rest = large.copy()
+        rest[c] = False
+        out[i] = 1 / (1 + np.exp(_solve(counts, tuples[rest], scores[rest])[0] - with_all))
+    return out
 
 
 def _solve(counts: list[int], tuples: Ints, scores: Floats) -> tuple[float, Ints]:
     """Total score and positions of the best set of disjoint tuples."""
     if not len(tuples):
         return 0.0, np.empty(0, np.int64)
-    offset = np.concatenate([[0], np.cumsum(counts)])[:-1]
     column, radar = np.nonzero(tuples >= 0)
-    row = offset[radar] + tuples[column, radar]
+    row = numbered(counts, tuples)[column, radar]
     matrix = coo_array((np.ones(row.size), (row, column)), shape=(int(sum(counts)), len(tuples))).tocsc()
     found = milp(
         -scores, integrality=np.ones(len(tuples)), bounds=Bounds(0, 1), constraints=LinearConstraint(matrix, ub=1)
@@ -231,4 +257,6 @@ def _sequential(looked: Looked) -> Packed:
     several = current[(current >= 0).sum(axis=1) >= 2]
     scores, *_ = looked.evaluate(several)
     best = several[scores > 0]
-    return Packed(best, *looked.evaluate(best), margin=np.full(len(best), np.nan), candidates=0, exact=False)
+    unknown = np.full(len(best), np.nan)
+    nothing = np.zeros(len(best), np.bool_)
+    return Packed(best, *looked.evaluate(best), unknown, nothing, best, unknown, exact=False)

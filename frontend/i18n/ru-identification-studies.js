@@ -169,7 +169,7 @@ export const sentences = {
   "area {1}": "площадь {1}",
   "threshold at alpha = {1}": "порог при alpha = {1}",
   "Of {1}. The diamonds are places with a share of {2}, which the paper prints for target 1.": "Вариант {1}. Ромбы – места с долей {2}, напечатанной в статье для цели 1.",
-  "Of {1}, look {2}, the one with the most doubt; rows and columns are row numbers.": "Вариант {1}, обзор {2}, где больше всего сомнений; строки и столбцы – номера строк.",
+  "Of {1}, look {2}, the one with the most doubt; rows are plots of radar {3}, columns those of radar {4}, by their row numbers.": "Вариант {1}, обзор {2}, где больше всего сомнений; строки – отметки РЛС {3}, столбцы – РЛС {4}, по номерам строк записи.",
   "Of accepted pairs; to the right of the law (grey) the accuracies are claimed too good, or the radars disagree. Plots have two degrees of freedom, tracks four.": "По принятым парам; правее закона (серый) – точности завышены или РЛС расходятся. У отметок две степени свободы, у трасс четыре.",
   "The first {1} of {2}.": "Первые {1} из {2}.",
   "radar {1}, plots": "РЛС {1}, отметки",

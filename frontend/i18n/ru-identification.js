@@ -234,6 +234,7 @@ export const sentences = {
   "The plots of radars {1} and {2} seem to be counted from one place: with the same place for both in the site the radars agree.": "Отметки РЛС {1} и {2}, по-видимому, отсчитаны от одного места: с общим местом для обеих в описании системы РЛС согласуются.",
   "The looks of radar {1} seem to be {2} too {3}: shifted by as much the radars agree.": "Обзоры РЛС {1}, по-видимому, смещены на {2} ({3}): если сдвинуть их на столько же, РЛС согласуются.",
   "the other radars": "остальных РЛС",
+  "Looks are so dense that the probabilities of some sets of plots are no sums over all choices: each compares the best choice with the best one that lacks the set, which is an upper bound.": "Обзоры так плотны, что вероятности некоторых наборов отметок – не суммы по всем выборам: сравниваются лучший выбор и лучший без этого набора, это оценка сверху.",
   "Looks with more sets of plots than most_candidates were put together radar by radar, which need not be the best choice, and without probabilities.": "Обзоры, где наборов отметок больше most_candidates, собраны РЛС за РЛС: это не обязательно лучший выбор, и вероятностей нет.",
   "The integer program of the tuples was not solved.": "Целочисленная задача о наборах не решена.",
   "Make the region smaller or the gate narrower.": "Уменьшите область или сузьте строб.",

@@ -25,8 +25,14 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             continue
         look = numbers(table, "look")
         decision = words(table, "decision")
-        chosen = _most_doubtful(look, probability)
-        rows = np.flatnonzero((look == chosen) & np.isfinite(probability))
+        # Of three radars and more each two have a matrix of their own.
+        both = zip(words(table, "radar_1"), words(table, "radar_2"), strict=True)
+        radars = [f"{one} | {other}" for one, other in both]
+        names, number = np.unique(radars, return_inverse=True)
+        which = look * names.size + number
+        chosen = _most_doubtful(which, probability)
+        rows = np.flatnonzero((which == chosen) & np.isfinite(probability))
+        one, other = (str(words(table, f"radar_{side}")[rows[0]]) for side in (1, 2))
         first, second = numbers(table, "row_1")[rows], numbers(table, "row_2")[rows]
         a, b = np.unique(first)[:MOST_PLOTS], np.unique(second)[:MOST_PLOTS]
         z = np.zeros((a.size + 1, b.size + 1))
@@ -61,7 +67,10 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             traces.append(
                 trace("truth", x, [f"{int(i)}" for i, _ in pairs], name="accepted", mode="markers", marker=marker)
             )
-        text = f"Of {entry.label}, look {int(chosen)}, the one with the most doubt; rows and columns are row numbers."
+        text = (
+            f"Of {entry.label}, look {int(look[rows[0]])}, the one with the most doubt; rows are plots of radar {one}, "
+            f"columns those of radar {other}, by their row numbers."
+        )
         return figure(
             TITLE,
             traces,
@@ -75,7 +84,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
 
 
 def _most_doubtful(look: np.ndarray, probability: np.ndarray) -> float:
-    """The look with the largest entropy of its pairs."""
+    """The number with the largest entropy of its pairs."""
     p = np.clip(np.nan_to_num(probability), 1e-300, 1.0)
     entropy = -p * np.log(p)
     numbers_of, which = np.unique(look, return_inverse=True)

@@ -7,9 +7,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from algorithms.identification import tuples as tuples_module
 from algorithms.identification.pairs import Points, Side, pair_statistics, points_of
 from algorithms.identification.tuples import Densities, Looked, pack
 from algorithms.toolbox.association.assignment import most_likely_matching, pair_scores
+from algorithms.toolbox.association.packings import packing_probabilities
+from tests.unit.identification.test_bad_input import run, simulated
 
 SITES = np.array([[0.0, 0.0], [30_000.0, 0.0], [15_000.0, 25_980.0]])
 SIGMA = np.radians(1.0)
@@ -43,7 +46,7 @@ def test_for_two_radars_the_scores_are_those_of_the_pairs() -> None:
     tuples = np.array([(i, j) for i in range(4) for j in range(5)])
     scores, *_ = looked([first, second]).evaluate(tuples)
     assert scores.reshape(4, 5) == pytest.approx(expected, abs=1e-9)
-    best = pack(looked([first, second]), margins=True)
+    best = pack(looked([first, second]), probabilities=True)
     partner = most_likely_matching(expected)
     assert {tuple(t) for t in best.tuples} == {(i, int(j)) for i, j in enumerate(partner) if j >= 0}
 
@@ -61,11 +64,57 @@ def test_the_best_choice_is_the_best_of_all(seed: int) -> None:
             taken = tuples[list(chosen)]
             if all(len(set(c[c >= 0])) == (c >= 0).sum() for c in taken.T):
                 best = max(best, float(scores[list(chosen)].sum()))
-    found = pack(one, margins=True)
+    found = pack(one, probabilities=True)
     assert found.exact
+    assert not found.bounded.any()
     assert found.scores.sum() == pytest.approx(best, abs=1e-9)
-    # Without one of its sets the best choice is worse, or as good.
-    assert (found.margin > -1e-9).all()
+    # Each plot is in some set or in none.
+    for radar, plots in enumerate(one.count):
+        for plot in range(plots):
+            assert found.listed_probability[found.listed[:, radar] == plot].sum() <= 1 + 1e-9
+
+
+def test_a_bound_is_never_below_the_sum(monkeypatch: pytest.MonkeyPatch) -> None:
+    one = looked(sides(5, (4, 4, 3)))
+    exact = pack(one, probabilities=True)
+
+    def nothing(members: np.ndarray, scores: np.ndarray, plots: int) -> np.ndarray:
+        return packing_probabilities(members, scores, plots, most_steps=10)
+
+    monkeypatch.setattr(tuples_module, "packing_probabilities", nothing)
+    rough = pack(one, probabilities=True)
+    assert rough.bounded.all()
+    assert (rough.tuples == exact.tuples).all()
+    assert (rough.probability >= exact.probability - 1e-9).all()
+    assert (rough.probability <= 1).all()
+
+
+def test_two_radars_state_the_probabilities_of_the_matching() -> None:
+    plots = simulated(targets=6, looks=20, detection_probability=0.9, false_plots=1)
+    told = {"detection_probability": 0.9, "clutter_per_radar": 1.0, "target_count": 6.0}
+    sets = run(plots, "multi_radar_assignment", gate_tail=1e-9, **told)
+    pairs = run(plots, "assignment", **told)
+    for name in ("pair_probability", "alone_probability"):
+        assert sets.arrays[name] == pytest.approx(pairs.arrays[name], abs=1e-6, nan_ok=True)
+    assert (sets.arrays["pair_decision"] == pairs.arrays["pair_decision"]).mean() > 0.999
+
+
+def test_stated_probabilities_of_sets_are_those_that_come_true() -> None:
+    plots = simulated(targets=8, looks=150, radars=3)
+    result = run(plots, "multi_radar_assignment", decision="most_likely")
+    group = result.arrays["group"][:, 0]
+    first = np.flatnonzero((group == plots.row) & np.isfinite(result.arrays["probability"][:, 0]))
+    stated = result.arrays["probability"][first, 0]
+    right = np.array([
+        np.unique(plots.target[group == g]).size == 1 and (group == g).sum() == 3 for g in group[first]
+    ])  # fmt: skip
+    assert first.size > 1000
+    for low, high in ((0.0, 0.7), (0.7, 0.9), (0.9, 0.98), (0.98, 1.01)):
+        some = (stated >= low) & (stated < high)
+        assert some.sum() > 20
+        error = 4 * np.sqrt(stated[some].mean() * (1 - stated[some].mean()) / some.sum()) + 0.01
+        # Sets of the best choice: those of one look hang together, and a chosen one is a little too sure of itself.
+        assert right[some].mean() == pytest.approx(stated[some].mean(), abs=error)
 
 
 def test_radar_by_radar_where_there_are_too_many_sets() -> None:
@@ -82,6 +131,6 @@ def test_radar_by_radar_where_there_are_too_many_sets() -> None:
 
 def test_an_empty_radar() -> None:
     first, second, third = sides(2, (3, 3, 0))
-    found = pack(looked([first, second, third]), margins=True)
+    found = pack(looked([first, second, third]), probabilities=True)
     assert (found.tuples[:, 2] == -1).all()
     assert len(found.tuples) == 3
