@@ -165,6 +165,7 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
     columns |= {"radial_bias_m": -growing, "probability_correct": growing / (100 * scale)}
     for name, factor in (("p16", -1.2), ("median", -0.1), ("p84", 0.9)):
         columns[f"{name}_crossing_distance_error_m"] = factor * growing
+    columns |= {"ospa_m": 5 * growing, "gospa_m": 9 * growing}
     columns["answered_share"] = np.array([0.0, 0.5, 0.9, 1.0, 1.0] * 2)
     for name in ("up_m", "velocity_up_mps"):
         columns |= {f"rms_{name}": growing, f"bound_{name}": 0.5 * growing}

@@ -36,4 +36,24 @@ def motion(count: int) -> dict[str, Any]:
         "speed_mps": np.full(count, 200.0),
         "sigma_speed_mps": np.full(count, 10.0),
         "normal_acceleration_mps2": np.full(count, 2.0),
+        "course_deg": np.mod(350.0 + 5.0 * np.arange(count), 360.0),
+        "q": np.minimum(2.0 + np.arange(count), 12.0),
+        "window_plots": np.minimum(3.0 + np.arange(count), 13.0),
     }
+
+
+def set_distances(recording: Recording) -> Table:
+    """A set of tracks that misses a target in every second scan."""
+    time = np.unique(recording.time_s)
+    missed = np.arange(time.size) % 2.0
+    columns: dict[str, Any] = {
+        "trial": np.full(time.size, np.nan),
+        "radar": [None] * time.size,
+        "time_s": time,
+        "ospa_m": 150.0 + 500.0 * missed,
+        "gospa_m": 300.0 + 1400.0 * missed,
+        "localisation_m": np.full(time.size, 300.0),
+        "missed": missed,
+        "false": np.zeros(time.size),
+    }
+    return Table(columns)

@@ -25,7 +25,7 @@ from algorithms.plot_tracking.outputs import (
 )
 from algorithms.plot_tracking.requirements import requirements, thresholds_of
 from algorithms.plot_tracking.scoring import track_shares
-from algorithms.plot_tracking.truth import matched
+from algorithms.plot_tracking.truth import Matched, matched
 from algorithms.recording import PolarPlots
 from algorithms.result import GivenColumn, Result, Table
 from algorithms.toolbox.tracks.life_cycle import DROPPED, REASONS, STATES
@@ -49,7 +49,7 @@ WHY = {
 def tabulate(recording: PolarPlots, result: Result) -> dict[str, Table]:
     """Return states, tracks, track_events, decisions, gates; of several radars joined_states and compared_tracks.
 
-    With truth there are errors and requirements too.
+    With truth there are errors, set_distances and requirements too.
     """
     a: dict[str, Any] = dict(result.arrays)
     lanes = a["decision"].shape[1]
@@ -68,6 +68,7 @@ def tabulate(recording: PolarPlots, result: Result) -> dict[str, Table]:
         tables["mode_probabilities"] = _weights(a)
     if m is not None:
         tables["errors"] = _errors(recording, a, m.error_m, m.error_mps, target)
+        tables["set_distances"] = set_distances(recording, a, m)
         tables["requirements"] = requirements(m, a, thresholds_of(dict(result.settings)))
     if len(recording.radars) > 1:
         tables["compared_tracks"] = compared_tracks(a, lanes)
@@ -252,6 +253,27 @@ def _weights(a: dict[str, Any]) -> Table:
             "probability": weights.ravel(),
         }
     )
+
+
+def set_distances(recording: PolarPlots, a: dict[str, Any], m: Matched) -> Table:
+    """OSPA and GOSPA of each radar's scans with GOSPA's parts; the part of the pairs as a root, m."""
+    scans, lanes = len(m.distances), m.estimate.shape[2]
+    radar = [recording.radars[i] or None for i in m.radar.tolist()]
+    at = {name: np.stack([getattr(d, name) for d in m.distances]).ravel() if scans else np.empty(0) for name in _PARTS}
+    columns: dict[str, GivenColumn] = {
+        "trial": _trial(np.tile(np.arange(lanes), scans), a),
+        "radar": [name for name in radar for _ in range(lanes)],
+        "time_s": np.repeat(a["scan_time_s"], lanes),
+        "ospa_m": at["ospa_m"],
+        "gospa_m": at["gospa_m"],
+        "localisation_m": np.sqrt(at["localisation"]),
+        "missed": at["missed"],
+        "false": at["false"],
+    }
+    return Table(columns)
+
+
+_PARTS = ("ospa_m", "gospa_m", "localisation", "missed", "false")
 
 
 def _errors(

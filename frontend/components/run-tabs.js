@@ -176,7 +176,7 @@ export function decisionsTab(run, target, bus) {
         choose("decision", codes, (code) => `${told(`decision.${code}`, code)} (${formatCount(count(code))})`),
         labels.length > 1 ? choose("label", labels, (label) => label) : null,
         known("gate") ? h("input", {
-          type: "number", min: "1", step: "1", style: "width: 9em", placeholder: t("decisions.of_track"), "aria-label": t("decisions.of_track"),
+          type: "search", inputmode: "numeric", style: "width: 10em", placeholder: t("decisions.of_track"), "aria-label": t("decisions.of_track"),
           oninput: (/** @type {Event} */ event) => {
             chosen.track = /** @type {HTMLInputElement} */ (event.target).value.trim();
             filter();

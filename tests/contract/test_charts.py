@@ -23,6 +23,8 @@ from tests import chart_views, pair_views, track_views
 ROLES = {"series", "truth", "station", "measurement", "bound", "interval", "rejected"}
 # Quantities without a unit; everything else says its unit after the last comma.
 UNITLESS = (
+    "Counter",
+    "Number of",
     "NIS", "Station", "Gain", "Chi2", "Calibration error", "Plot of", "Algorithm", "Probability",
     "Mean probability", "Share", "Target", "Normal acceleration", "Squared", "sigma", "scenario", "NEES",
     "Nonlinearity",
@@ -61,6 +63,7 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
             {
                 "states": chart_views.states(r, **track_views.motion(len(r))),
                 "decisions": track_views.track_decisions(r),
+                "set_distances": track_views.set_distances(r),
                 "errors": chart_views.errors(r),
                 "receivers": chart_views.receivers(),
                 **chart_views.trial_tables(scale),

@@ -6,6 +6,9 @@ the colour is that of the joint track.
 
 from __future__ import annotations
 
+import re
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +23,8 @@ TITLE = "Continuity"
 MOST_ROWS = 60
 # A piece ends where the next estimate comes later than so many usual steps.
 PIECE_STEPS = 2.5
+# More rows than the first have small names; more than the second have not room for all of them.
+MANY, SMALLEST, SMALL = 12, 26, 8
 # Estimates of a track without a target, where others have one, are false or not matched.
 NOBODY = "no target"
 
@@ -41,8 +46,14 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         recording=view.recording,
         notes=notes,
         xaxis=time_axis(view.recording),
-        yaxis=axis("Target", type="category", autorange="reversed"),
+        yaxis=axis("Target", type="category", autorange="reversed", **_labels(traces)),
     )
+
+
+def _labels(traces: list[Trace]) -> dict[str, Any]:
+    """Every row has its name; of many rows the names are small."""
+    rows = len({t["y"][0] for t in traces})
+    return {"dtick": 1, "tickfont": {"size": SMALL}} if MANY < rows <= SMALLEST else {}
 
 
 def _bars(entry: Entry, most: int, notes: list[ChartNote]) -> list[Trace]:
@@ -61,7 +72,7 @@ def _bars(entry: Entry, most: int, notes: list[ChartNote]) -> list[Trace]:
         row_of = np.array([f"{row}, {name}" for row, name in zip(row_of.tolist(), radar.tolist(), strict=True)], object)
     shown = numbers(table, "joined") if "joined" in table.names else track
     shown = np.where(np.isfinite(shown), shown, track)
-    names = list(dict.fromkeys(row_of[np.lexsort((time, ~named))].tolist()))
+    names = sorted(dict.fromkeys(row_of[np.lexsort((time, ~named))].tolist()), key=_in_order)
     if len(names) > most:
         text = f"The first {most} of {counted(len(names), 'row')} are drawn."
         notes.append(ChartNote("rows_left_out", text, entry.label))
@@ -96,6 +107,11 @@ def _bars(entry: Entry, most: int, notes: list[ChartNote]) -> list[Trace]:
                 )
             )
     return out
+
+
+def _in_order(name: str) -> tuple[bool, list[tuple[int, str]]]:
+    """Rows as people count them: 2 before 10, nobody's last."""
+    return name.startswith(NOBODY), [(int(p), "") if p.isdigit() else (-1, p) for p in re.split(r"(\d+)", name)]
 
 
 def _radars(table: Table, track: Floats) -> NDArray[np.object_]:

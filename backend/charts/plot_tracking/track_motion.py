@@ -1,4 +1,4 @@
-"""Speed and normal acceleration of each track over time, with the regions of two standard deviations."""
+"""Speed, course and normal acceleration of each track over time, with the regions of two standard deviations."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 TITLE = "Speed and turn"
 # Bands of more tracks than this hide each other.
 BANDS = 6
+HALF_TURN = 180.0
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
-    """Draw two panels over one axis of time."""
+    """Draw three panels over one axis of time."""
     traces: list[Trace] = []
     picked: list[Picked] = []
     found = [(entry, estimates_of(entry)) for entry in view.entries]
@@ -31,16 +32,21 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         if int(states.starts.sum()) <= BANDS and np.isfinite(sd).any():
             traces += _bands(entry, states, speed, sd)
         traces += _curve(entry, states, speed, "y", "m/s", options, picked)
+        traces += _curve(entry, states, states.numbers("course_deg"), "y2", "°", options, picked)
         normal = states.numbers("normal_acceleration_mps2")
         if np.isfinite(normal).any():
-            traces += _curve(entry, states, normal, "y2", "m/s²", options, picked)
+            traces += _curve(entry, states, normal, "y3", "m/s²", options, picked)
     if not traces:
         return not_applicable(TITLE, "no_states")
     layout: dict[str, Any] = {
-        "yaxis": axis("Speed, m/s", domain=[0.55, 1.0]),
-        "yaxis2": axis("Normal acceleration to the right, m/s/s", domain=[0.0, 0.45]),
+        "yaxis": axis("Speed, m/s", domain=[0.7, 1.0]),
+        "yaxis2": axis("Course, deg", domain=[0.35, 0.65]),
+        "yaxis3": axis("To the right, m/s²", domain=[0.0, 0.3]),
     }
-    note = ChartNote("two_sigma", "Bands: two standard deviations as the tracker states them.")
+    note = ChartNote(
+        "two_sigma",
+        "Bands: two standard deviations as the tracker states them. Below: acceleration across the path to the right.",
+    )
     return figure(
         TITLE, traces, recording=view.recording, picked=picked, notes=[note], xaxis=time_axis(view.recording), **layout
     )
@@ -49,7 +55,12 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
 def _curve(
     entry: Entry, states: Estimates, values: Floats, panel: str, unit: str, options: ChartOptions, picked: list[Picked]
 ) -> list[Trace]:
-    points = curve(states.time_s, (values,), states.starts, options.curve_points)
+    starts = states.starts
+    if unit == "°":
+        # From 359 to 1 degree is no way back through all courses: the line begins anew.
+        starts = starts.copy()
+        starts[1:] |= np.abs(np.diff(values)) > HALF_TURN
+    points = curve(states.time_s, (values,), starts, options.curve_points)
     picked.append(points)
     if points.of == 0:
         return []
