@@ -1,7 +1,8 @@
 """Time a thousand trials of a pass of 31 epochs. Run: uv run python benchmarks/forward_scatter.py
 
 Prints processor time of one core, the best of some rounds: the closed form at every epoch, maximum likelihood at every
-epoch, and both beside a plain NumPy statement of one trial, as a ratio within the same process.
+epoch, and both beside peers of one trial, as a ratio within the same process: NumPy's polyfit for the lines, SciPy's
+least_squares (MINPACK, on the same model and derivatives, started at the answer before) for the likelihood.
 """
 
 from __future__ import annotations
@@ -11,11 +12,13 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from algorithms.forward_scatter import fit, freeze, sequence
 from algorithms.forward_scatter.conditions import conditions_of, dopplers_of, pairs_of
 from algorithms.forward_scatter.forward_scatter_ml import LikelihoodParameters
-from algorithms.forward_scatter.likelihood import Problem
+from algorithms.forward_scatter.likelihood import SCALE, Problem
+from algorithms.forward_scatter.motion import doppler_rows
 from algorithms.forward_scatter.scenario_parameters import PassParameters
 from algorithms.forward_scatter.simulation import simulate
 from algorithms.warm_up import have_compiled
@@ -52,6 +55,28 @@ def plain_lines(time_s: np.ndarray, f: np.ndarray, a: float, b: float, wavelengt
     return float(s)
 
 
+def peer_likelihood(f: np.ndarray, p: Problem, start: np.ndarray) -> np.ndarray:
+    """theta of four unknowns at the last epoch, f (C, 31), fitted at every epoch from the fourth on by SciPy.
+
+    Without the scan over starts: the first fit begins at `start`, each other at the answer before it.
+    """
+    theta = start.copy()
+    for k in range(4, len(p.time)):
+        time, measured = np.ascontiguousarray(p.time[: k + 1]), f[:, : k + 1]
+
+        def residuals(x: np.ndarray, time: np.ndarray = time, measured: np.ndarray = measured) -> np.ndarray:
+            value, _ = doppler_rows(time, np.append(x, 0.0), p.feet, p.wavelength, p.altitude)
+            return np.append((value - measured).ravel() / p.sigma, np.sqrt(p.prior_x) * x[3])
+
+        def derivatives(x: np.ndarray, time: np.ndarray = time) -> np.ndarray:
+            _, rows = doppler_rows(time, np.append(x, 0.0), p.feet, p.wavelength, p.altitude)
+            prior = np.array([[0.0, 0.0, 0.0, np.sqrt(p.prior_x)]])
+            return np.concatenate([rows[:, :, :4].reshape(-1, 4) / p.sigma, prior])
+
+        theta = least_squares(residuals, theta, derivatives, method="lm", x_scale=SCALE[:4], xtol=1e-10).x
+    return theta
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -81,13 +106,20 @@ def main() -> None:
         altitude=0.0, a=conditions.a, prior_x=1 / 150**2, prior_a=1 / 1.5**2,
     )  # fmt: skip
 
-    def likelihood() -> fit.Fits:
+    def likelihood(unknowns: int = fit.SWITCH) -> fit.Fits:
         out = fit.fits(epochs, 2, trials)
-        fit.fit_pass(channels_first, problem, 0, epochs, fit.SWITCH, 0, np.zeros((trials, 6)), out)
+        fit.fit_pass(channels_first, problem, 0, epochs, unknowns, 0, np.zeros((trials, 6)), out)
         return out
+
+    first = np.ascontiguousarray(channels_first[:, :, 0])
+    four = likelihood(4).theta[:, :4, 0]
+
+    def peer() -> np.ndarray:
+        return peer_likelihood(first, problem, four[4])
 
     lines_s, ml_s = seconds(closed_form), seconds(likelihood, 3)
     plain_s = seconds(lambda: plain_lines(recording.time_s, f[:, :, 0], conditions.a, pair.b, 1.0, 10), 3)
+    peer_s = seconds(peer, 3)
     own = closed_form().theta[-1, 1, 0]
     other = plain_lines(recording.time_s, f[:, :, 0], conditions.a, pair.b, 1.0, 10)
     print(f"{trials} trials of {epochs} epochs, processor time of one core")
@@ -95,6 +127,8 @@ def main() -> None:
     print(f"maximum likelihood, every epoch  {1e3 * ml_s:8.1f} ms   (asked: 5000 ms for 1000)")
     print(f"one trial of lines in NumPy      {1e3 * plain_s:8.1f} ms, {plain_s * trials / lines_s:.0f} times as long")
     print(f"both give the same distance      {own:.6f} and {other:.6f} m")
+    print(f"one trial of fits by SciPy       {1e3 * peer_s:8.1f} ms, {peer_s * trials / ml_s:.0f} times as long")
+    print(f"both give the same distance      {four[-1, 1]:.4f} and {peer()[1]:.4f} m, course unknown, no acceleration")
 
 
 if __name__ == "__main__":

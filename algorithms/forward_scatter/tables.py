@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.forward_scatter import outputs
-from algorithms.forward_scatter.track_table import track_table
+from algorithms.forward_scatter.track_table import is_unsigned, signed_dopplers, track_table
 from algorithms.recording import DopplerPairs
 from algorithms.result import Result, Table
 
@@ -131,8 +131,9 @@ def _crossings(recording: DopplerPairs, result: Result) -> Table:
 
 
 def _dopplers(recording: DopplerPairs, result: Result) -> Table:
-    """Every Doppler with its residual against the pass's last estimate."""
+    """Every Doppler with what the pass's last estimate gives there, and its residual against that."""
     a = result.arrays
+    predicted = _predicted(recording, result)
     marks, channels, trials = a["residual_hz"].shape
     common = _common(recording, result)
     ends = _ends(recording, result)
@@ -141,12 +142,28 @@ def _dopplers(recording: DopplerPairs, result: Result) -> Table:
             **{name: np.concatenate([values] * channels) for name, values in common.items()},
             "channel": [c for c in recording.channels for _ in range(marks * trials)],
             "doppler_hz": np.concatenate([_flat(recording.doppler_hz[:, c]) for c in range(channels)]),
+            "predicted_hz": np.concatenate([_flat(predicted[:, c]) for c in range(channels)]),
             "residual_hz": np.concatenate([_flat(a["residual_hz"][:, c]) for c in range(channels)]),
             "used": np.concatenate([_flat(a["used"][:, c]).astype(float) for c in range(channels)]),
             "row": np.concatenate([ends["row"]] * channels),
             "target": ends["target"] * channels,
         }
     )
+
+
+def _predicted(recording: DopplerPairs, result: Result) -> NDArray[np.float64]:
+    """(M, C, L) Hz; magnitudes where the Dopplers are."""
+    residual = np.asarray(result.arrays["residual_hz"], float)
+    if not is_unsigned(result):
+        return np.asarray(recording.doppler_hz - residual)
+    out = np.full_like(residual, np.nan)
+    track = result.arrays["track"]
+    for trial in range(track.shape[1]):
+        for one in np.unique(track[:, trial]):
+            where = np.flatnonzero(track[:, trial] == one)
+            signed = signed_dopplers(recording, where, trial, unsigned=True)
+            out[where, :, trial] = np.abs(signed - residual[where, :, trial])
+    return out
 
 
 def _errors(recording: DopplerPairs, result: Result) -> Table:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from algorithms.errors import FrameError, RecordingError
 from algorithms.forward_scatter import outputs
@@ -15,10 +16,11 @@ from algorithms.recording import DopplerPairs
 from algorithms.result import Result, Table
 from algorithms.toolbox.frames.forward_scatter import scatter_frame
 
+Floats = NDArray[np.float64]
+
 _NAMES = (
-    "track", "target", "state", "start_s", "end_s", "updates", "misses", "reason", "crossing_s", "sigma_crossing_s",
-    "distance_m", "sigma_distance_m", "across_mps", "sigma_across_mps", "along_mps", "course_deg", "used_share",
-    "doubts",
+    "track", "target", "state", "start_s", "end_s", "distance_m", "sigma_distance_m", "crossing_s", "sigma_crossing_s",
+    "across_mps", "sigma_across_mps", "along_mps", "course_deg", "doubts", "used_share", "updates", "misses", "reason",
 )  # fmt: skip
 _TEXTS = {"target", "state", "reason", "doubts"}
 
@@ -49,16 +51,13 @@ def _row(recording: DopplerPairs, result: Result, where: Any, trial: int, base_m
     tau, s, across, along, _ = theta.tolist()
     with np.errstate(invalid="ignore"):
         sd_tau, sd_s, sd_across = np.sqrt(variance[:3]).tolist()
-    doppler = np.ascontiguousarray(recording.doppler_hz[where][:, :, [trial]])
-    time = np.ascontiguousarray(recording.time_s[where])
-    if "unsigned" in result.settings and result.settings["unsigned"].value:
-        signs(doppler, time, 0, where.size)
+    doppler = signed_dopplers(recording, where, trial, unsigned=is_unsigned(result))
     # Columns that a method does not look at have no residuals, and are no Dopplers that it left out.
     looked_at = np.isfinite(a["residual_hz"][where, :, trial]).any(axis=0)
-    measured = np.where(looked_at, doppler[:, :, 0], np.nan)
+    measured = np.where(looked_at, doppler, np.nan)
     one = PassAnswer(
-        time=time,
-        doppler=measured if looked_at.any() else doppler[:, :, 0],
+        time=recording.time_s[where],
+        doppler=measured if looked_at.any() else doppler,
         answered=answered,
         theta=np.asarray(a["theta"], float)[where, :, trial],
         chi2=np.asarray(a["chi2"], float)[where, trial],
@@ -75,20 +74,33 @@ def _row(recording: DopplerPairs, result: Result, where: Any, trial: int, base_m
         "ended" if later else "open",
         recording.time_s[where[0]],
         recording.time_s[where[-1]],
-        int(answered.sum()),
-        int((~answered).sum()),
-        "next pass or silence" if later else "end of the recording",
-        tau,
-        sd_tau,
         s,
         sd_s,
+        tau,
+        sd_tau,
         across,
         sd_across,
         along,
         float(np.degrees(np.arctan2(across, along))),
-        share,
         " ".join(doubts_of(one)) or None,
+        share,
+        int(answered.sum()),
+        int((~answered).sum()),
+        "next pass or silence" if later else "end of the recording",
     )
+
+
+def is_unsigned(result: Result) -> bool:
+    """Whether the method was told that the Dopplers are magnitudes."""
+    return "unsigned" in result.settings and bool(result.settings["unsigned"].value)
+
+
+def signed_dopplers(recording: DopplerPairs, where: NDArray[np.int64], trial: int, *, unsigned: bool) -> Floats:
+    """(K, C) Hz: Dopplers of the rows of a pass as the methods see them."""
+    doppler = np.ascontiguousarray(recording.doppler_hz[where][:, :, [trial]])
+    if unsigned:
+        signs(doppler, np.ascontiguousarray(recording.time_s[where]), 0, where.size)
+    return doppler[:, :, 0]
 
 
 def _base_m(recording: DopplerPairs) -> float:

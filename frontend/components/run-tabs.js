@@ -258,6 +258,8 @@ function plainColumns(rows) {
         const value = row[name] ?? null;
         if (typeof value === "number") return Number.isInteger(value) ? formatCount(value) : formatNumber(value, 4);
         if (typeof value === "boolean") return t(value ? "form.yes" : "form.no");
+        // A name that breaks anywhere would become a column of letters beside many numbers.
+        if (name === "label") return h("span", { class: "entry-name" }, String(value ?? ""));
         if (name === "doubts") return h("span", { class: "break" }, String(value ?? "").split(" ").filter(Boolean).map((code) => told(`doubt.${code}`, code)).join("; "));
         return h("span", { class: "break" }, value === null ? "" : told(`decision.${value}`, value));
       },

@@ -170,9 +170,9 @@ export default {
   // site and stations
   "The site cannot be used: {1}": "Описание системы непригодно: {1}",
   "The site cannot be used: {1}{2}.": "Описание системы непригодно: {1}{2}.",
-  "The site cannot be used, {1}: {2}{3}.": "Описание системы непригодно, {1}: {2}{3}.",
   "The site cannot be used, {1}: {2}.": "Описание системы непригодно, {1}: {2}.",
   "The site cannot be used, {1}: {2} ({3} more).": "Описание системы непригодно, {1}: {2} (и ещё {3}).",
+  "The site cannot be used, {1}: {2}{3}.": "Описание системы непригодно, {1}: {2}{3}.",
   "Input should be greater than {1}": "должно быть больше {1}",
   "Input should be greater than or equal to {1}": "должно быть не меньше {1}",
   "Input should be less than or equal to {1}": "должно быть не больше {1}",

@@ -1,11 +1,14 @@
-"""Measured Dopplers with the lines of the closed form: its last window, the zero of each, the crossing that is kept."""
+"""Measured Dopplers with the lines of the closed form: its last window, the zero of each, the crossing that is kept.
+
+Methods without lines have the curve that the last estimate of each pass gives.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from backend.charts import theme
-from backend.charts.decimate import Picked, thin
+from backend.charts.decimate import Picked, curve, thin
 from backend.charts.figure import ChartNote, Trace, axis, figure, line_of, not_applicable, time_axis, trace
 from backend.charts.forward_scatter.panels import Rows, rows_of
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
@@ -20,6 +23,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         return not_applicable(TITLE, "no_dopplers")
     traces: list[Trace] = []
     picked: list[Picked] = []
+    with_lines = False
     _, first = found[0]
     channels = list(dict.fromkeys(first.words("channel")))
     for i, channel in enumerate(channels):
@@ -43,6 +47,9 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         rows = rows_of(entry, "crossings")
         if rows is not None and np.isfinite(rows.numbers("line_1_slope_hz_s")).any():
             traces += _lines(entry, rows)
+            with_lines = True
+        elif (dopplers := rows_of(entry, "dopplers")) is not None:
+            traces += _curves(entry, dopplers, options, picked)
     for entry, rows in found:
         traces += _rejected(entry, rows)
     notes = [
@@ -55,7 +62,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces,
         recording=view.recording,
         picked=picked,
-        notes=notes if any(t["meta"]["role"] == "series" for t in traces) else [],
+        notes=notes if with_lines else [],
         xaxis=time_axis(view.recording),
         yaxis=axis("Doppler, Hz", zeroline=True, zerolinecolor=theme.AXIS),
     )
@@ -94,6 +101,33 @@ def _lines(entry: Entry, rows: Rows) -> list[Trace]:
                              marker=marker, showlegend=False,
                              hovertemplate=f"<b>{name}</b><br>%{{x:.4f}} s<extra></extra>"))  # fmt: skip
     return out
+
+
+def _curves(entry: Entry, rows: Rows, options: ChartOptions, picked: list[Picked]) -> list[Trace]:
+    """What the last estimate of each pass gives, channel by channel."""
+    passes, channel = np.cumsum(rows.breaks), rows.words("channel")
+    _, number = np.unique(channel, return_inverse=True)
+    order = np.lexsort((rows.time_s, passes, number))
+    value = rows.numbers("predicted_hz")[order]
+    key = np.stack([number, passes])[:, order]
+    breaks = np.append(True, (np.diff(key, axis=1) != 0).any(axis=0))
+    points = curve(rows.time_s[order], (value,), breaks, options.curve_points)
+    if points.of == 0:
+        return []
+    picked.append(points)
+    name = f"{entry.label}, last estimate"
+    return [
+        trace(
+            "series",
+            points.take(rows.time_s[order]),
+            options.number(points.take(value)),
+            entry=entry,
+            name=name,
+            mode="lines",
+            line=line_of(entry, 1),
+            hovertemplate=f"<b>{name}</b><br>%{{y:.3f}} Hz<br>%{{x:.3f}} s<extra></extra>",
+        )
+    ]
 
 
 def _rejected(entry: Entry, rows: Rows) -> list[Trace]:

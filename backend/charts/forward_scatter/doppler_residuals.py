@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from backend.charts.columns import Floats
 from backend.charts.decimate import Picked, curve, thin
 from backend.charts.figure import (
+    ChartNote,
     Trace,
+    counted,
     figure,
     hollow_marker_of,
     line_of,
@@ -19,13 +22,16 @@ from backend.charts.forward_scatter.panels import axis_number, rows_of, stacked_
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Residuals of the Dopplers"
+# The first view of chi2 holds this share of the rows, in percent, and 1 in its middle.
+VIEW = 90
+LEAST_CHI2_VIEW = 3.0
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
     """Draw the residuals; hollow ones were not used. Below, chi2 per degree of freedom: 1 is honest."""
     traces: list[Trace] = []
     picked: list[Picked] = []
-    with_chi2 = False
+    of_chi2: list[Floats] = []
     for entry in view.entries:
         rows = rows_of(entry, "dopplers")
         if rows is None:
@@ -59,7 +65,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         value = np.where(dof > 0, chi2.numbers("chi2") / np.maximum(dof, 1), np.nan)
         points = curve(chi2.time_s, (value,), chi2.breaks, options.curve_points)
         if points.of:
-            with_chi2 = True
+            of_chi2.append(value[np.isfinite(value)])
             picked.append(points)
             traces.append(
                 trace(
@@ -78,14 +84,25 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             )
     if not traces:
         return not_applicable(TITLE, "no_dopplers")
-    titles = ["Residual, Hz", "Chi2 / dof"] if with_chi2 else ["Residual, Hz"]
+    titles = ["Residual, Hz", "Chi2 / dof"] if of_chi2 else ["Residual, Hz"]
+    axes = stacked_axes(titles)
+    notes: list[ChartNote] = []
+    if of_chi2:
+        together = np.concatenate(of_chi2)
+        # The first fits of a pass have hardly any degrees of freedom; one false value then makes hundreds.
+        most = max(LEAST_CHI2_VIEW, 1.3 * float(np.percentile(together, VIEW)))
+        if (together > most).any():
+            axes["yaxis2"]["range"] = [0.0, most]
+            text = f"Chi2 of {counted(int((together > most).sum()), 'row')} lies above the first view."
+            notes.append(ChartNote("chi2_above_view", text))
     return figure(
         TITLE,
         traces,
         recording=view.recording,
         picked=picked,
+        notes=notes,
         xaxis=time_axis(view.recording, anchor=f"y{axis_number(len(titles) - 1)}"),
-        **stacked_axes(titles),
+        **axes,
     )
 
 

@@ -16,6 +16,8 @@ from backend.charts.figure import Trace, axis, trace
 from backend.charts.view import Entry
 
 GAP = 0.05
+# A silence of more intervals than these parts two targets; irregular instants are up to 1.5 of them apart.
+SILENCE_STEPS = 2.5
 # Statuses of rows with an answer that should be read with care.
 DOUBTFUL = ("extrapolated", "fallback", "held")
 
@@ -60,6 +62,19 @@ def rows_of(entry: Entry, name: str) -> Rows | None:
     order = known[np.lexsort((numbers(table, "time_s")[known], key[known]))]
     ordered = key[order]
     return Rows(table, order, np.append(True, ordered[1:] != ordered[:-1]))
+
+
+def passes_begin(time_s: Floats) -> NDArray[np.bool_]:
+    """Where a curve over the instants of trials begins anew: at first, and after a silence between two targets."""
+    step = np.diff(time_s)
+    usual = float(np.median(step)) if step.size else 0.0
+    return np.append(np.ones(min(time_s.size, 1), np.bool_), step > SILENCE_STEPS * usual)
+
+
+def since_begin(time_s: Floats, begins: NDArray[np.bool_]) -> Floats:
+    """Seconds since the pass of each instant began."""
+    first = np.flatnonzero(begins)
+    return time_s - time_s[first][np.cumsum(begins) - 1] if time_s.size else time_s
 
 
 def broken(values: Floats, breaks: NDArray[np.bool_]) -> Floats:

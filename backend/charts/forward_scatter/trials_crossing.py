@@ -7,6 +7,7 @@ import numpy as np
 from backend.charts import theme
 from backend.charts.decimate import Picked
 from backend.charts.figure import ChartNote, Trace, counted, figure, log_axis, not_applicable, time_axis, trace
+from backend.charts.forward_scatter.panels import passes_begin, since_begin
 from backend.charts.trial_curves import Series, band, line, series_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
@@ -27,7 +28,7 @@ MOST_SERIES = 4
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
-    """Draw every series on a logarithmic axis, from six seconds after its first instant on."""
+    """Draw every series on a logarithmic axis, from six seconds after the first instant of a pass on."""
     found = [s for s in series_of(view) if np.isfinite(s.numbers("crossing_distance_rms_m")).any()]
     if not found:
         return not_applicable(TITLE, "no_curves")
@@ -44,8 +45,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         _add_bounds(series, traces)
     trials = counted(min(s.trials for s in found), "trial")
     text = (
-        f"Over {trials}, from {FIRST_S:g} s after the first instant: before, mean and spread of a ratio do not exist. "
-        "The table of metrics has medians and the share of answers."
+        f"Over {trials}, from {FIRST_S:g} s after the first instant of a pass: before, mean and spread of a ratio do "
+        "not exist. The table of metrics has medians and the share of answers."
     )
     return figure(
         TITLE,
@@ -60,8 +61,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
 
 def _settled(series: Series, column: str) -> np.ndarray:
     values = series.numbers(column)
-    begin = series.time_s[0] + FIRST_S if series.time_s.size and np.ptp(series.time_s) > FIRST_S else -np.inf
-    return np.where(series.time_s >= begin, values, np.nan)
+    since = since_begin(series.time_s, passes_begin(series.time_s))
+    return np.where(since >= FIRST_S, values, np.nan) if since.max(initial=0.0) > FIRST_S else values
 
 
 def _add_bounds(series: Series, traces: list[Trace]) -> None:

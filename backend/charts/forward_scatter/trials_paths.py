@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from backend.charts import theme
 from backend.charts.figure import ChartNote, Trace, axis, counted, figure, not_applicable, trace
+from backend.charts.forward_scatter.panels import since_begin
 from backend.charts.trial_curves import line_of_variant
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
@@ -18,6 +19,8 @@ TRIALS = 5
 MOST_PATHS = 20
 # The first answers of a pass jump by kilometres.
 FIRST_S = 6.0
+# A true place so many steps further belongs to another target.
+JUMP_STEPS = 5.0
 # The first view leaves out this share of the wildest places on each side.
 OUTSIDE = 2
 
@@ -65,8 +68,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     together = np.concatenate([*shown, *(np.stack([t["x"], t["y"]]) for t in true.values())], axis=1)
     ranges = [np.nanpercentile(values, [OUTSIDE, 100 - OUTSIDE]) for values in together]
     text = (
-        f"The first {counted(most, 'trial')} of each, from {FIRST_S:g} s after the first instant on; the scale across "
-        "the base line is larger than along it."
+        f"The first {counted(most, 'trial')} of each, from {FIRST_S:g} s after the first instant of a pass on; the "
+        "scale across the base line is larger than along it."
     )
     return figure(
         TITLE,
@@ -103,15 +106,29 @@ def _cells(
         if not {"place_along_m", "place_across_m"} <= set(found) or not found["place_along_m"].size:
             continue
         paths = np.stack([found["place_along_m"], found["place_across_m"]])
-        time = np.asarray(arrays.get(f"trials/kept_time_s/{i}", arrays.get("trials/kept_time_s", [])), np.float64)
-        if time.size == paths.shape[1] and np.ptp(time) > FIRST_S:
-            paths = np.where((time >= time[0] + FIRST_S)[None, :, None], paths, np.nan)
         true = None
+        begins = np.zeros(1, np.int64)
         if "true_place_along_m" in found:
             true = np.stack([found["true_place_along_m"][:, 0], found["true_place_across_m"][:, 0]])
+            begins = _begins(true)
+        time = np.asarray(arrays.get(f"trials/kept_time_s/{i}", arrays.get("trials/kept_time_s", [])), np.float64)
+        if time.size == paths.shape[1]:
+            since = since_begin(time, np.isin(np.arange(time.size), begins))
+            if since.max(initial=0.0) > FIRST_S:
+                paths = np.where((since >= FIRST_S)[None, :, None], paths, np.nan)
+        # A line must not run from one target to the next.
+        paths = np.insert(paths, begins[1:], np.nan, axis=1)
+        true = None if true is None else np.insert(true, begins[1:], np.nan, axis=1)
         words = "".join(f", {key.rpartition('.')[2]} = {_word(value)}" for key, value in swept.items())
         out.append((words, i, len(cells), paths, true))
     return out
+
+
+def _begins(true: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Where the true places (2, instant) of another target begin: they jump by much more than one flies."""
+    step = np.hypot(*np.diff(true, axis=1))
+    usual = float(np.nanmedian(step)) if np.isfinite(step).any() else 0.0
+    return np.append(0, np.flatnonzero(step > JUMP_STEPS * max(usual, 1e-9)) + 1)
 
 
 def _word(value: object) -> str:

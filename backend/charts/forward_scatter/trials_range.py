@@ -13,7 +13,7 @@ import numpy as np
 from backend.charts import theme
 from backend.charts.decimate import Picked, curve
 from backend.charts.figure import ChartNote, Trace, axis, counted, figure, not_applicable, time_axis, trace
-from backend.charts.forward_scatter.panels import axis_number
+from backend.charts.forward_scatter.panels import axis_number, passes_begin
 from backend.charts.trial_curves import Series, series_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
@@ -64,8 +64,7 @@ def _curve(
     series: Series, column: str, scale: float, yaxis: str, hover: str, options: ChartOptions, picked: list[Picked]
 ) -> Trace:
     values = scale * series.numbers(column)
-    starts = np.zeros(values.size, np.bool_)
-    starts[:1] = True
+    starts = passes_begin(series.time_s)
     points = curve(series.time_s, (values,), starts, options.curve_points)
     picked.append(points)
     return trace(
@@ -83,25 +82,28 @@ def _curve(
 
 def _band(series: Series) -> list[Trace]:
     low, high = series.numbers(LOW), series.numbers(HIGH)
-    known = np.flatnonzero(np.isfinite(low) & np.isfinite(high))
-    if known.size < 2:
-        return []
     fill = theme.faint(theme.series_color(series.entry.index), theme.INTERVAL_OPACITY)
-    return [
-        trace(
-            "interval",
-            np.concatenate([series.time_s[known], series.time_s[known][::-1]]),
-            np.concatenate([high[known], low[known][::-1]]).astype(np.float32),
-            entry=series.entry,
-            name=f"{series.name}, middle 68 %",
-            mode="lines",
-            line={"width": 0},
-            fill="toself",
-            fillcolor=fill,
-            showlegend=False,
-            hoverinfo="skip",
+    out: list[Trace] = []
+    for piece in np.split(np.arange(low.size), np.flatnonzero(passes_begin(series.time_s))[1:]):
+        known = piece[np.isfinite(low[piece]) & np.isfinite(high[piece])]
+        if known.size < 2:
+            continue
+        out.append(
+            trace(
+                "interval",
+                np.concatenate([series.time_s[known], series.time_s[known][::-1]]),
+                np.concatenate([high[known], low[known][::-1]]).astype(np.float32),
+                entry=series.entry,
+                name=f"{series.name}, middle 68 %",
+                mode="lines",
+                line={"width": 0},
+                fill="toself",
+                fillcolor=fill,
+                showlegend=False,
+                hoverinfo="skip",
+            )
         )
-    ]
+    return out
 
 
 CHART = Chart(

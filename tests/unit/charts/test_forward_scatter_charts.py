@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -50,6 +51,17 @@ def test_the_difference_and_the_angular_velocity_have_their_exact_ones() -> None
     assert at_crossings == pytest.approx([-300 * 200 / 15_000, -300 * 200 / 25_000], rel=1e-3)
     own = next(t for t in traces if t["meta"]["role"] == "series" and t.get("yaxis") == "y2")
     assert np.nanmean(own["y"]) == pytest.approx(np.nanmean(exact["y2"]), rel=0.15)
+
+
+def test_a_fit_without_lines_draws_what_it_gives_for_each_channel() -> None:
+    """Two channels of two passes: four pieces of 31 rows, within the noise of what was measured."""
+    own = [t for t in drawn("doppler_lines", entry(ML, 0), entry(LINES, 1)) if t["meta"]["role"] == "series"]
+    (curve,) = (t for t in own if t["meta"].get("label") == ML)
+    value = np.asarray(curve["y"], float)
+    pieces = np.split(value, np.flatnonzero(np.isnan(value)))
+    assert [int(np.isfinite(p).sum()) for p in pieces] == [31] * 4
+    measured = recording().doppler_hz[:, :, 0].T.ravel()
+    assert np.std(value[np.isfinite(value)] - measured) == pytest.approx(0.2, rel=0.3)
 
 
 def test_what_still_lies_ahead_is_hollow() -> None:
@@ -143,6 +155,42 @@ def test_paths_of_single_trials_and_the_true_one() -> None:
     assert len({round(v, 6) for v in x[:, 30].tolist()}) == 5
     assert np.abs(y[:, 30] - 3).max() < 0.5
     assert len(trials().entries[0].arrays()["trials/place_along_m"][0, 0]) == DRAWN_TRIALS == 20
+
+
+@pytest.mark.parametrize("interval", [31.0, 60.0])
+def test_targets_one_after_another_are_lines_of_their_own(interval: float) -> None:
+    """Also without a silence between them; what settles, settles anew in each."""
+    two = trials(targets=2, target_interval_s=interval, distance_step_m=-10_000.0)
+    drawn_paths = charts("run")["trials_paths"].draw(two, ChartOptions(full=True))["data"]
+    (true,) = (t for t in drawn_paths if t["meta"]["role"] == "truth")
+    assert np.flatnonzero(np.isnan(np.asarray(true["x"]))).tolist() == [31]
+    first = np.asarray(next(t for t in drawn_paths if t["meta"]["role"] == "series")["x"])[: 2 * 31 + 2]
+    assert np.isnan(first[[*range(6), 31, *range(32, 38), 63]]).all()
+    assert np.abs(first[[30, 62]] - [30, 20]).max() < 3
+    if interval > 31:
+        spread = charts("run")["trials_range"].draw(two, ChartOptions(full=True))["data"]
+        assert len([t for t in spread if t["meta"]["role"] == "interval"]) == 2 * 2
+        lost = next(np.asarray(t["y"]) for t in spread if t.get("yaxis") == "y2")
+        assert np.flatnonzero(np.isnan(lost)).tolist() == [31]
+        crossing = charts("run")["trials_crossing"].draw(two, ChartOptions(full=True))["data"]
+        bound = next(t for t in crossing if t["meta"]["role"] == "bound")
+        known = np.isfinite(np.asarray(bound["y"]))
+        assert known.tolist() == (2 * ([False] * 6 + [True] * 25))
+
+
+def test_one_wild_chi2_does_not_hide_the_others() -> None:
+    one = recording().doppler_hz.copy()
+    one[1, 0, 0] += 60.0
+    wild = replace(recording(), doppler_hz=one)
+    algorithm = algorithms_by_name()[ML]
+    for known, view in ((recording(), False), (wild, True)):
+        found = algorithm.run(known, algorithm.parameters(robust="consensus"), LocalContext())
+        tables = algorithm.tabulate(known, found)
+        made = Entry(ML, 0, ML, lambda name, own=tables: own.get(name, Table({})), dict)  # type: ignore[misc]
+        layout = charts("run")["doppler_residuals"].draw(RunView(known, (made,)), ChartOptions(full=True))["layout"]
+        assert ("range" in layout["yaxis2"]) is view
+        if view:
+            assert 2 < layout["yaxis2"]["range"][1] < 20
 
 
 def test_a_second_swept_value_has_lines_of_its_own() -> None:
