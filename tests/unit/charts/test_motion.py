@@ -40,5 +40,6 @@ def test_the_first_view_follows_the_truth(note_of) -> None:
 
 
 def test_without_accelerations_it_says_so() -> None:
-    drawn = ACCELERATION(run(marks(), {"states": states(marks())}), ChartOptions())
+    nothing = {f"acceleration_{a}_mps2": np.full(6, np.nan) for a in ("east", "north", "up")}
+    drawn = ACCELERATION(run(marks(), {"states": with_motion(**nothing)}), ChartOptions())
     assert drawn["layout"]["meta"]["not_applicable"] == "no_acceleration"
