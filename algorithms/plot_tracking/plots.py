@@ -23,8 +23,15 @@ Ints = NDArray[np.int64]
 FARTHEST_M = 1_000e3
 # Two plots this near to each other in everything are one that was written twice.
 SAME_TIME_S, SAME_RANGE_M, SAME_AZIMUTH_RAD = 1e-3, 1e-2, 1e-8
-NOT_MEASURED, TAKEN, NO_NUMBER, OUT_OF_RANGE, REPEATED = range(5)
-FATES = ("", "taken", "range or azimuth is not a number", "range is not between 0 and 1,000 km", "repeats another plot")
+NOT_MEASURED, TAKEN, NO_NUMBER, OUT_OF_RANGE, REPEATED, LATE = range(6)
+FATES = (
+    "",
+    "taken",
+    "range or azimuth is not a number",
+    "range is not between 0 and 1,000 km",
+    "repeats another plot",
+    "its scan is no later than the one before",
+)
 
 
 @dataclass(frozen=True)
@@ -77,10 +84,15 @@ def plots_of(recording: PolarPlots, rows: Ints) -> Plots:
     with np.errstate(invalid="ignore"):
         fate[(fate == TAKEN) & ~((rho > 0) & (rho <= FARTHEST_M))] = OUT_OF_RANGE
     time = recording.time_s[rows]
-    scans = []
+    scans: list[Scan] = []
     for inside in _cut(time, recording.scan[rows]):
         scan, fate[inside] = _scan(time[inside], rho[inside], theta[inside], fate[inside], rows[inside])
-        if scan.position.size:
+        if scan.position.size and scans and scan.time_s <= scans[-1].time_s + SAME_TIME_S:
+            # Between two scans of one instant nothing can have moved, and no velocity follows.
+            late = fate[inside]
+            late[late == TAKEN] = LATE
+            fate[inside] = late
+        elif scan.position.size:
             scans.append(scan)
     return Plots(tuple(scans), fate, rho.shape[1])
 

@@ -33,6 +33,9 @@ from algorithms.toolbox.tracks.life_cycle import DROPPED, REASONS, STATES
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Beyond this standard deviation a course says nothing.
+LARGEST_COURSE_SD_DEG = 30.0
+
 WHY = {
     LEFT_OUT: "it cannot be a plot, or repeats one",
     STARTED: "in no gate: it may be the first of a track",
@@ -65,7 +68,7 @@ def tabulate(recording: PolarPlots, result: Result) -> dict[str, Table]:
         "gates": _gates(recording, a),
     }
     if "estimate_weights" in a:
-        tables["mode_probabilities"] = _weights(a)
+        tables["mode_probabilities"] = _weights(recording, a, target)
     if m is not None:
         tables["errors"] = _errors(recording, a, m.error_m, m.error_mps, target)
         tables["set_distances"] = set_distances(recording, a, m)
@@ -118,7 +121,7 @@ def _states(recording: PolarPlots, a: dict[str, Any], target: list[str | None]) 
         "target": target,
         "covariance_east_north_m2": xy,
         "speed_mps": np.hypot(ve, vn),
-        "course_deg": np.degrees(np.mod(np.arctan2(ve, vn), 2 * np.pi)),
+        "course_deg": _courses(a, ve, vn),
         "misses": a["estimate_misses"].astype(float),
         "joined": _joined(recording, a["estimate_joined"]),
     }
@@ -165,6 +168,15 @@ def _tracks(recording: PolarPlots, a: dict[str, Any], m: Any) -> Table:
         columns["target"] = [m.truth.names[i] or None if i >= 0 else None for i in best.tolist()]
         columns["target_share"] = share
     return Table(columns)
+
+
+def _courses(a: dict[str, Any], ve: Floats, vn: Floats) -> Floats:
+    """Courses in degrees; NaN where a track is too slow, or too little known, to have one."""
+    sd_speed, sd_course = (a["estimate_motion"][:, MOTION.index(n)] for n in ("sigma_speed_mps", "sigma_course_deg"))
+    course = np.degrees(np.mod(np.arctan2(ve, vn), 2 * np.pi))
+    with np.errstate(invalid="ignore"):
+        unknown = (sd_course > LARGEST_COURSE_SD_DEG) | (np.hypot(ve, vn) < 2 * sd_speed)
+    return np.where(unknown, np.nan, course)
 
 
 def _joined(recording: PolarPlots, number: Ints) -> Floats:
@@ -240,7 +252,7 @@ def _gates(recording: PolarPlots, a: dict[str, Any]) -> Table:
     )
 
 
-def _weights(a: dict[str, Any]) -> Table:
+def _weights(recording: PolarPlots, a: dict[str, Any], target: list[str | None]) -> Table:
     """Probabilities of the motion models, track by track."""
     weights = a["estimate_weights"]
     count = len(MODELS)
@@ -251,6 +263,8 @@ def _weights(a: dict[str, Any]) -> Table:
             "time_s": np.repeat(a["estimate_time_s"], count),
             "model": list(MODELS) * len(weights),
             "probability": weights.ravel(),
+            "row": np.repeat(_rows(recording, a["estimate_mark"]), count),
+            "target": [name for name in target for _ in range(count)],
         }
     )
 

@@ -42,6 +42,9 @@ UNITS: dict[str, Unit] = {
     "deg": Unit("angle", factor=math.pi, divisor=180.0),
     "rad": Unit("angle"),
     "mrad": Unit("angle", divisor=1e3),
+    "turn": Unit("angle", factor=2 * math.pi),
+    # Radars count the turn of their antenna in parts of a power of two.
+    "turn/65536": Unit("angle", factor=2 * math.pi, divisor=65536.0),
     "Hz": Unit("frequency"),
     "kHz": Unit("frequency", factor=1e3),
     "MHz": Unit("frequency", factor=1e6),

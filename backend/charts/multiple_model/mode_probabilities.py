@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from backend.charts import theme
+from backend.charts.columns import Floats
 from backend.charts.figure import ChartNote, Trace, axis, figure, not_applicable, time_axis, trace
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
@@ -33,12 +34,15 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             domain=[top - height * (0.85 if len(found) > 1 else 1), top],
         )
         traces += _areas(entry, suffix, i)
+    notes = [ChartNote("stacked", "Stacked from the first model of the list; the sum is one.")]
+    if any(_tracks(entry) > 1 for entry in found):
+        notes.append(ChartNote("mean_of_tracks", "Mean over all tracks of an instant; choose a target to see its own."))
     return figure(
         TITLE,
         traces,
         recording=view.recording,
-        notes=[ChartNote("stacked", "Stacked from the first model of the list; the sum is one.")],
-        xaxis=time_axis(view.recording),
+        notes=notes,
+        xaxis=time_axis(view.recording, anchor="y" if len(found) == 1 else f"y{len(found)}"),
         **layout,
     )
 
@@ -52,13 +56,14 @@ def _areas(entry: Entry, suffix: str, panel: int) -> list[Trace]:
     out = []
     for m, name in enumerate(names):
         rows = np.flatnonzero(models == name)
-        rows = rows[:: max(1, rows.size // POINTS)]
+        at, shares = _over_tracks(time[rows], probability[rows])
+        every = slice(None, None, max(1, at.size // POINTS))
         color = theme.series_color(m)
         out.append(
             trace(
                 "series",
-                time[rows],
-                probability[rows].astype(np.float32),
+                at[every],
+                shares[every].astype(np.float32),
                 entry=entry,
                 name=f"{entry.label}, {name}",
                 mode="lines",
@@ -70,6 +75,18 @@ def _areas(entry: Entry, suffix: str, panel: int) -> list[Trace]:
             )
         )
     return out
+
+
+def _tracks(entry: Entry) -> int:
+    """Of how many tracks the table tells."""
+    track = entry.table("mode_probabilities").columns.get("track")
+    return 1 if track is None else int(np.unique(np.asarray(track, float)).size)
+
+
+def _over_tracks(time: Floats, probability: Floats) -> tuple[Floats, Floats]:
+    """Instants once each, with the mean over the tracks that have an estimate then."""
+    at, index = np.unique(time, return_inverse=True)
+    return at, np.bincount(index.ravel(), weights=probability) / np.bincount(index.ravel())
 
 
 CHART = Chart(

@@ -35,7 +35,9 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         "yaxis": axis("Counter Q", domain=[0.55, 1.0], rangemode="tozero"),
         "yaxis2": axis("Number of plots", domain=[0.0, 0.45], rangemode="tozero"),
     }
-    return figure(TITLE, traces, recording=view.recording, picked=picked, xaxis=time_axis(view.recording), **layout)
+    return figure(
+        TITLE, traces, recording=view.recording, picked=picked, xaxis=time_axis(view.recording, anchor="y2"), **layout
+    )
 
 
 def _steps(

@@ -48,7 +48,13 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         "Bands: two standard deviations as the tracker states them. Below: acceleration across the path to the right.",
     )
     return figure(
-        TITLE, traces, recording=view.recording, picked=picked, notes=[note], xaxis=time_axis(view.recording), **layout
+        TITLE,
+        traces,
+        recording=view.recording,
+        picked=picked,
+        notes=[note],
+        xaxis=time_axis(view.recording, anchor="y3"),
+        **layout,
     )
 
 

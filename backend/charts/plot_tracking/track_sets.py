@@ -46,7 +46,13 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     }
     note = ChartNote("cut_at", "Distances are cut at 2 km. Dotted above: OSPA; dotted below: tracks without a target.")
     return figure(
-        TITLE, traces, recording=view.recording, picked=picked, notes=[note], xaxis=time_axis(view.recording), **layout
+        TITLE,
+        traces,
+        recording=view.recording,
+        picked=picked,
+        notes=[note],
+        xaxis=time_axis(view.recording, anchor="y2"),
+        **layout,
     )
 
 

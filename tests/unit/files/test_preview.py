@@ -122,7 +122,7 @@ def test_every_native_column_has_units_that_serve(kind):
     assert columns["time_s"][0] == "s"
     assert "epoch_ms" in columns["time_s"]
     assert columns["target"] == ()
-    assert columns["true_latitude_deg"] == ("deg", "rad", "mrad")
+    assert columns["true_latitude_deg"] == ("deg", "rad", "mrad", "turn", "turn/65536")
 
 
 def test_only_the_first_rows_are_shown(look):
