@@ -260,6 +260,7 @@ ALGORITHM = Algorithm(
         "trials_decisions",
         "trials_probability",
         "trials_base",
+        "trials_sweep",
         "trials_placement",
         "trials_statistic",
         "trials_quantiles",

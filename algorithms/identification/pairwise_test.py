@@ -105,6 +105,7 @@ ALGORITHM = Algorithm(
         "trials_decisions",
         "trials_probability",
         "trials_base",
+        "trials_sweep",
         "trials_nonlinearity",
         "trials_placement",
         "trials_statistic",

@@ -102,7 +102,7 @@ function dressTrace(trace, { colours, dark, hidden, named }) {
     if (dark && copy.colorscale) copy.colorscale = copy.colorscale.map((/** @type {[number, string]} */ [at, colour]) => [at, onDark(colour)]);
     if (dark && typeof copy.marker?.color === "string") copy.marker = { ...copy.marker, color: onDark(copy.marker.color) };
     // Names of bars are words of the server; those of stations and runs are in no dictionary and stay.
-    if (trace.type === "bar" && copy.orientation === "h" && Array.isArray(copy.y)) copy.y = copy.y.map((/** @type {unknown} */ word) => said(String(word)));
+    if (trace.type === "bar" && copy.orientation === "h" && Array.isArray(copy.y)) copy.y = copy.y.map((/** @type {unknown} */ word) => saidNames(String(word)));
     if (trace.type === "bar" && copy.orientation !== "h" && Array.isArray(copy.x) && typeof copy.x[0] === "string") copy.x = copy.x.map((/** @type {string} */ word) => said(word));
   } else if (token) {
     const colour = colours[token];

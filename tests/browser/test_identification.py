@@ -55,7 +55,7 @@ def test_the_sample_shows_pairs_probabilities_and_the_turned_radar(visit: Callab
     expect(first).to_contain_text("east")
     close = drawn(page, "One pair closely: conversions and gate")
     assert {"lin", "paper", "dcm", "ucm", "mucm"} <= {t["name"] for t in close.traces(role="interval")}
-    assert [t["name"] for t in close.traces(role="bound")] == ["gate, alpha = 0.01"]
+    assert [t["name"] for t in close.traces(role="bound")] == ["gate, α = 0.01"]
     page.get_by_role("tab", name=re.compile("Decisions")).click()
     expect(page.get_by_role("tabpanel")).to_contain_text("without a partner")
     visited.assert_clean()
@@ -86,6 +86,10 @@ def test_it_speaks_russian_and_fits_a_telephone(visit: Callable[..., Visit], ser
     drawn(page, "Пары с областями их ошибок")
     names = (
         *LABELS,
+        "lin",
+        "dcm",
+        "ucm",
+        "mucm",
         "west",
         "east",
         "clutter",

@@ -161,7 +161,7 @@ def _gate(entry: Entry, sides: list[Side]) -> Trace:
         probability=1 - tail, corners=90,
     )  # fmt: skip
     line = {"color": theme.BOUND, "dash": "dash", "width": 1.5}
-    return trace("bound", x, y, entry=None, name=f"gate, alpha = {tail:g}", mode="lines", line=line)
+    return trace("bound", x, y, entry=None, name=f"gate, α = {tail:g}", mode="lines", line=line)
 
 
 def _range(traces: list[Trace], axis_name: str) -> list[float]:

@@ -8,7 +8,8 @@ from backend.charts import theme
 from backend.charts.figure import ChartNote, Trace, axis, figure, not_applicable, trace
 from backend.charts.identification.fused_bound import bound_over
 from backend.charts.identification.samples import measured, swept_names
-from backend.charts.identification.trials_probability import line_of_metric, ticks_of, title_of
+from backend.charts.identification.trials_probability import line_of_metric, ticks_of
+from backend.charts.swept import title_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Association against fused accuracy"
@@ -39,7 +40,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces,
         recording=view.recording,
         notes=[ChartNote("base_tradeoff", text)],
-        xaxis=axis(title_of(names[0]), **ticks_of(names[0], x, view)),
+        xaxis=axis(title_of(names[0], view), **ticks_of(names[0], x, view)),
         yaxis=axis("Probability of a correct association", range=[0, 1.02]),
         yaxis2=axis("Error of the fused position (rms), m", overlaying="y", side="right", rangemode="tozero",
                     showgrid=False),

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from backend.charts import theme
 from backend.charts.figure import ChartNote, Trace, axis, figure, not_applicable, trace
 from backend.charts.identification.samples import numbers, rows_of, swept_names
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
@@ -28,6 +27,8 @@ PRINTED = {
     "paper": ((0.631, 0.009, 0.360), (0.649, 0.004, 0.347)),
 }
 MOST_BARS = 40
+# So many have room for the name of each.
+NAMED_BARS = 14
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -72,7 +73,14 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             continue
         marker: dict[str, Any] = {"color": color}
         if shape:
-            marker["pattern"] = {"shape": shape, "fgcolor": theme.TEXT, "size": 5, "solidity": 0.2}
+            # Over the bar's own colour, or nothing of it would be seen on a dark page.
+            marker["pattern"] = {
+                "shape": shape,
+                "fillmode": "overlay",
+                "fgcolor": "#ffffff",
+                "size": 5,
+                "solidity": 0.2,
+            }
         bar = trace("series", np.array(values[metric]), names, name=word, type="bar", orientation="h", marker=marker)
         if metric == "probability_correct":
             correct_share = np.array(values[metric])
@@ -93,7 +101,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         notes=notes,
         barmode="stack",
         xaxis=axis("Share of the plots", range=[0, 1.001]),
-        yaxis=axis("Algorithm and target", autorange="reversed"),
+        yaxis=axis("Algorithm and target", autorange="reversed", **({"dtick": 1} if len(names) <= NAMED_BARS else {})),
     )
 
 

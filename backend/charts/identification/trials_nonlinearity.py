@@ -17,7 +17,8 @@ from backend.charts import theme
 from backend.charts.figure import ChartNote, Trace, axis, figure, log_axis, not_applicable, trace
 from backend.charts.identification.known_plots import tail_of
 from backend.charts.identification.samples import Floats, measured, swept_names
-from backend.charts.identification.trials_probability import line_of_metric, ticks_of, title_of
+from backend.charts.identification.trials_probability import line_of_metric, ticks_of
+from backend.charts.swept import title_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Honesty against the nonlinearity index"
@@ -60,7 +61,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     )
     notes = [ChartNote("single_plots", text)]
     if index is None:
-        x_axis = axis(title_of(names[0]), **ticks_of(names[0], swept, view))
+        x_axis = axis(title_of(names[0], view), **ticks_of(names[0], swept, view))
     else:
         at = {float(v): index(float(v)) for v in swept}
         for drawn in traces:

@@ -7,7 +7,7 @@ import numpy as np
 from backend.charts import theme
 from backend.charts.figure import ChartNote, Trace, axis, figure, meta, not_applicable, trace
 from backend.charts.identification.samples import numbers, rows_of, swept_names
-from backend.charts.identification.trials_probability import title_of
+from backend.charts.swept import title_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Correct association over two swept values"
@@ -57,8 +57,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             traces,
             recording=view.recording,
             notes=[ChartNote("placement", text)],
-            xaxis=axis(title_of(swept[0])),
-            yaxis=axis(title_of(swept[-1]), type="category", categoryorder="array",
+            xaxis=axis(title_of(swept[0], view)),
+            yaxis=axis(title_of(swept[-1], view), type="category", categoryorder="array",
                        categoryarray=[f"{v:g}" for v in ys]),
         )  # fmt: skip
     return not_applicable(TITLE, "no_second_sweep")

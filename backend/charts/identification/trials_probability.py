@@ -9,6 +9,7 @@ import numpy as np
 from algorithms.recording import PolarPlots
 from backend.charts.figure import ChartNote, Trace, axis, figure, marker_of, not_applicable, trace
 from backend.charts.identification.samples import Measured, measured, swept_names
+from backend.charts.swept import title_of
 from backend.charts.trial_curves import line_of_variant
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
@@ -21,7 +22,6 @@ METRICS = (
     ("false_rejection", "true pairs outside the gate", "dashdot"),
 )
 MOST_TICKS = 12
-UNITS = {"m": "m", "s": "s", "deg": "deg", "mps": "m/s"}
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -47,7 +47,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces,
         recording=view.recording,
         notes=notes,
-        xaxis=axis(title_of(first), **ticks),
+        xaxis=axis(title_of(first, view), **ticks),
         yaxis=axis("Probability", range=[-0.01, 1.02]),
     )
 
@@ -77,14 +77,6 @@ def line_of_metric(entry: Entry, one: Measured, word: str, dash: str, **more: An
         hovertemplate=f"<b>{name}</b><br>%{{x:g}}: %{{y:.4~g}}<extra></extra>",
         **more,
     )
-
-
-def title_of(name: str) -> str:
-    """Title of the axis of a swept name: its words, and the unit that it ends with."""
-    quantity, _, suffix = name.rpartition(".")[2].rpartition("_")
-    if quantity and suffix in UNITS:
-        return f"{quantity.replace('_', ' ')}, {UNITS[suffix]}"
-    return name.rpartition(".")[2].replace("_", " ")
 
 
 def ticks_of(name: str, x: np.ndarray, view: RunView) -> dict[str, Any]:
