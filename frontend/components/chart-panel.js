@@ -8,7 +8,7 @@ import { apiUrl, get } from "../js/api.js";
 import { t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
 import { DotsCanvas } from "../js/dots.js";
-import { dressFigure } from "../js/figure.js";
+import { dressFigure, isOverTime } from "../js/figure.js";
 import { inTurn } from "../js/turns.js";
 import { loadPlotly } from "../js/plotly.js";
 import { chartColours, isDark, themes } from "../js/theme.js";
@@ -60,6 +60,8 @@ export class ChartPanel extends HTMLElement {
   asked = 0;
   /** What the reader zoomed into, by axis. @type {Record<string, [number, number]>} */
   zoom = {};
+  /** The time that the page looks at, in charts over time; what the reader zooms into goes before. @type {[number, number] | null} */
+  span = null;
 
   connectedCallback() {
     this.stop = new AbortController();
@@ -157,6 +159,7 @@ export class ChartPanel extends HTMLElement {
     const narrow = body.clientWidth < NARROW_PX;
     const dressed = this.dress(figure, narrow);
     dressed.layout.dragmode = this.panning ? "pan" : "zoom";
+    if (this.span && isOverTime(figure)) dressed.layout.xaxis = { ...dressed.layout.xaxis, range: [...this.span], autorange: false };
     for (const [axis, range] of Object.entries(this.zoom)) dressed.layout[axis] = { ...dressed.layout[axis], range: [...range], autorange: false };
     this.narrow = narrow;
     const fresh = !plot._fullLayout;
@@ -190,7 +193,15 @@ export class ChartPanel extends HTMLElement {
       const range = this.plot?._fullLayout?.[axis[1]]?.range;
       if (axis[2] === "range" && range) this.zoom[axis[1]] = [range[0], range[1]];
       else delete this.zoom[axis[1]];
+      if (axis[1] === "xaxis") this.span = null;
     }
+  }
+
+  /** Look at a time, or at all of it. @param {[number, number] | null} span */
+  lookAt(span) {
+    this.span = span;
+    delete this.zoom.xaxis;
+    if (this.figure && isOverTime(this.figure)) this.draw();
   }
 
   /** What a reader who cannot see the chart is told. */
@@ -263,7 +274,7 @@ export class ChartPanel extends HTMLElement {
       if (layout[name].range) update[`${name}.range`] = [...layout[name].range];
       else update[`${name}.autorange`] = true;
     }
-    this.plotly.relayout(this.plot, update).then(() => { this.zoom = {}; });
+    this.plotly.relayout(this.plot, update).then(() => { this.zoom = {}; this.span = null; });
   }
 
   togglePanning() {

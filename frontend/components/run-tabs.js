@@ -214,21 +214,43 @@ function roundTime(time) {
 }
 
 /**
- * Tracks; choosing one shows its target alone.
+ * Tracks; choosing one shows its target alone or, where nothing names targets, its time.
  * @param {Run} run
  * @param {string} target
  * @param {((name: string) => void) | null} choose null where there is nothing to choose
+ * @param {(span: [number, number] | null) => void} look
  */
-export function tracksTab(run, target, choose) {
+export function tracksTab(run, target, choose, look) {
   return withTable(run, "tracks", target, (rows) => {
     if (!rows.length) return emptyState(t("tracks.none"));
+    const spans = new Set(rows.map((row) => `${row.start_s} ${row.end_s}`));
+    const byTarget = choose && !target ? choose : null;
+    const byTime = !byTarget && spans.size > 1;
+    /** @type {Row | null} */
+    let shown = null;
     const table = dataTable({
-      caption: t("tab.tracks"), rows, columns: plainColumns(rows),
-      ...(choose && !target ? { onpick: (/** @type {Row} */ row) => { if (row.target) choose(String(row.target)); } } : {}),
+      caption: t("tab.tracks"), rows, columns: plainColumns(rows), isCurrent: (row) => row === shown,
+      ...(byTarget ? { onpick: (/** @type {Row} */ row) => { if (row.target) byTarget(String(row.target)); } } : {}),
+      ...(byTime ? { onpick: (/** @type {Row} */ row) => {
+        shown = row === shown ? null : row;
+        look(shown && spanOf(shown));
+        table.draw();
+        // The row was drawn anew: the keyboard stays on it.
+        table.focusOn(table.querySelectorAll("tbody tr")[table.ordered().indexOf(row) - table.page * table.pageRows]);
+      } } : {}),
     });
     table.dataset.table = "tracks";
-    return h("div", null, choose && !target ? h("p", { class: "small muted", style: "padding: 8px 12px 0" }, t("tracks.hint")) : null, table);
+    const hint = byTarget ? t("tracks.hint") : byTime ? t("tracks.hint_time") : null;
+    return h("div", null, hint ? h("p", { class: "small muted", style: "padding: 8px 12px 0" }, hint) : null, table);
   });
+}
+
+/** The time of a track with a little before and after; null where it is unknown. @param {Row} row @returns {[number, number] | null} */
+function spanOf(row) {
+  const [start, end] = [numberOf("start_s")(row), numberOf("end_s")(row)];
+  if (start === null || end === null) return null;
+  const margin = 0.05 * (end - start) || 1;
+  return [start - margin, end + margin];
 }
 
 /**

@@ -175,6 +175,7 @@ export default {
   "tab.export": "Export",
   "log.none": "The log is empty.",
   "tracks.hint": "A row shows its target alone, everywhere on the page.",
+  "tracks.hint_time": "A row shows its time alone in all charts over time; the same row again shows everything.",
   "tracks.none": "No track was formed.",
   "receivers.of_all_targets": "A receiver is judged by the marks of all targets.",
   "receivers.none": "There is nothing to say about the receivers.",

@@ -302,7 +302,7 @@ class RunPage extends HTMLElement {
       ...(has("comparisons") ? [{ name: "comparisons", title: t("tab.comparisons"), draw: () => comparisonsTab(run) }] : []),
       ...(has("consistency") ? [{ name: "consistency", title: t("tab.consistency"), draw: () => consistencyTab(run) }] : []),
       ...(has("decisions") ? [{ name: "decisions", title: decisions === undefined ? t("tab.decisions") : t("tab.decisions_count", { n: decisions }), draw: () => decisionsTab(run, target, this.bus) }] : []),
-      ...(has("tracks") ? [{ name: "tracks", title: t("tab.tracks"), draw: () => tracksTab(run, target, choosable ? (name) => changeQuery({ target: name }) : null) }] : []),
+      ...(has("tracks") ? [{ name: "tracks", title: t("tab.tracks"), draw: () => tracksTab(run, target, choosable ? (name) => changeQuery({ target: name }) : null, (span) => this.panels.forEach((panel) => panel.lookAt(span))) }] : []),
       ...(has("receivers") ? [{ name: "receivers", title: t("tab.receivers"), draw: () => receiversTab(run, target) }] : []),
       ...(count("registration") ? [{ name: "registration", title: t("tab.registration"), draw: () => registrationTab(run) }] : []),
       ...(count("requirements") ? [{ name: "requirements", title: t("tab.requirements"), draw: () => requirementsTab(run, target) }] : []),

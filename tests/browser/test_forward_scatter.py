@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.charts import drawn
+from tests.browser.charts import drawn, panel_of
 from tests.browser.conftest import Server, Visit
 from tests.browser.russian import english_left
 
@@ -54,6 +54,30 @@ def test_the_sample_shows_three_passes(visit: Callable[..., Visit], server: Serv
     assert len(drawn(page, "Bound along the base line").traces(role="series")) == 4
     page.get_by_role("tab", name=re.compile("Decisions")).click()
     expect(page.get_by_role("tabpanel")).to_contain_text("crossing time of this receiver is kept")
+    visited.assert_clean()
+
+
+def test_a_row_of_the_passes_shows_its_time_alone(visit: Callable[..., Visit], server: Server) -> None:
+    """By the keyboard: Enter looks at the second pass, also in charts drawn later; Enter again at everything."""
+    visited = visit()
+    page = visited.open(f"#/runs/{sample_run(server)}")
+    whole = drawn(page, "What is known of the crossing")["x_range"]
+    assert whole[1] - whole[0] > 250
+    page.get_by_role("tab", name=re.compile("Tracks")).click()
+    row = page.locator("[data-table=tracks] tbody tr").nth(1)
+    expect(row).to_contain_text("120")
+    row.press("Enter")
+    expect(row).to_have_class(re.compile("current"))
+    expect(row).to_be_focused()
+    crossing = panel_of(page, "What is known of the crossing").element_handle()
+    page.wait_for_function("(p) => p.plot._fullLayout.xaxis.range[0] > 100", arg=crossing)
+    assert drawn(page, "What is known of the crossing")["x_range"] == pytest.approx([118.5, 151.5])
+    assert drawn(page, "Dopplers and their lines")["x_range"] == pytest.approx([118.5, 151.5])
+    assert drawn(page, "Passes across the base line")["x_range"][1] < 100, "kilometres, not seconds"
+    row.press("Enter")
+    expect(row).not_to_have_class(re.compile("current"))
+    page.wait_for_function("(p) => p.plot._fullLayout.xaxis.range[0] < 100", arg=crossing)
+    assert drawn(page, "What is known of the crossing")["x_range"] == pytest.approx(whole)
     visited.assert_clean()
 
 
