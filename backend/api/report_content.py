@@ -14,7 +14,7 @@ from backend.api.algorithms import ReferenceOut, catalogue
 from backend.db.runs import Entry
 
 if TYPE_CHECKING:
-    from backend.charts.report import ReportContent, ReportMetric
+    from backend.charts.report import ReportContent, ReportMetric, ReportRequirement
     from backend.charts.view import Figure
 
 
@@ -30,6 +30,7 @@ def report_content(
     decisions: Table,
     figures: Sequence[Figure],
     software: Mapping[str, Any],
+    requirements: Table | None = None,
 ) -> ReportContent:
     """Put a report together.
 
@@ -37,7 +38,7 @@ def report_content(
     ----------
     facts, recording : names and values about the run and about what it worked on
     entries, used : the algorithms as they were asked for, and per label the settings and notes of what was used
-    metrics, decisions : the tables of all labels; without rows where there are none
+    metrics, decisions, requirements : the tables of all labels; without rows where there are none
     """
     from backend.charts.report import ReportContent, ReportEntry
 
@@ -73,6 +74,7 @@ def report_content(
         references=_references(entries),
         software={str(k): str(v) for k, v in software.items()},
         left_out=left_out,
+        requirements=_requirements(requirements),
     )
 
 
@@ -110,6 +112,30 @@ def _metrics(table: Table) -> tuple[list[ReportMetric], int]:
         if not row["target"]
     ]
     return out, len(rows) - len(out)
+
+
+def _requirements(table: Table | None) -> list[ReportRequirement]:
+    """Rows with a threshold; where none was given, the values of all targets together."""
+    from backend.charts.report import ReportRequirement
+
+    if table is None or not len(table):
+        return []
+    rows = [dict(zip(table.names, row, strict=True)) for row in table.rows()]
+    asked = [row for row in rows if row["threshold"] is not None]
+    return [
+        ReportRequirement(
+            label=row["label"],
+            target=row["target"] or "",
+            segment=row["segment"],
+            requirement=row["requirement"],
+            value=row["value"],
+            threshold=row["threshold"],
+            unit=row["unit"],
+            verdict=row["verdict"],
+            n=int(row["n"]),
+        )
+        for row in asked or [row for row in rows if not row["target"]]
+    ]
 
 
 def _decisions(table: Table, entries: Sequence[Entry]) -> list[tuple[str, str, str, int]]:

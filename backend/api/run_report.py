@@ -78,6 +78,7 @@ def _content(services: Services, run: stored.Run) -> Any:
         decisions=_table(services, run, "decisions"),
         figures=[chart.draw(view, ChartOptions()) for chart in charts_of_run(run)],
         software=run.software or {},
+        requirements=_table(services, run, "requirements"),
     )
 
 

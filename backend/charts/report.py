@@ -35,6 +35,21 @@ class ReportMetric:
 
 
 @dataclass(frozen=True)
+class ReportRequirement:
+    """What was asked of an entry and what it reached; a target in no words is all of them."""
+
+    label: str
+    target: str
+    segment: str
+    requirement: str
+    value: float | None
+    threshold: float | None
+    unit: str
+    verdict: str
+    n: int
+
+
+@dataclass(frozen=True)
 class ReportEntry:
     """An algorithm as it was used: settings are (name, value, where it came from), notes are (words, count)."""
 
@@ -67,6 +82,7 @@ class ReportContent:
     references: Sequence[str]
     software: Mapping[str, str] = field(default_factory=dict)
     left_out: Sequence[str] = ()
+    requirements: Sequence[ReportRequirement] = ()
 
 
 _STYLE = (
@@ -118,6 +134,7 @@ def report_page(content: ReportContent) -> bytes:
         _list(content.warnings),
         "<h2>Results</h2>",
         _metrics(content.metrics, colours),
+        _requirements(content.requirements),
         *(_chart(figure, i) for i, figure in enumerate(content.figures)),
         "<h2>Decisions</h2>",
         _decisions(content.decisions),
@@ -161,6 +178,30 @@ def _metrics(metrics: Sequence[ReportMetric], colours: Mapping[str, str]) -> str
     return (
         '<p class="muted">In brackets: 95 % confidence interval, where one is known; n: observations.</p>'
         f'<div class="wide"><table><thead><tr>{heads}{names}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
+    )
+
+
+def _requirements(requirements: Sequence[ReportRequirement]) -> str:
+    """What was asked, failed first; nothing where the run knows no requirements."""
+    if not requirements:
+        return ""
+    order = {"failed": 0, "passed": 1, "no data": 2}
+    rows = sorted(requirements, key=lambda r: order.get(r.verdict, 3))
+    counts = {word: sum(r.verdict == word for r in rows) for word in ("failed", "passed", "no data", "not asked")}
+    head = ("algorithm", "target", "segment", "requirement", "reached", "threshold", "unit", "verdict", "n")
+    lines = [
+        f"<tr><td>{_text(r.label)}</td><td>{_text(r.target or 'all')}</td><td>{_text(r.segment)}</td>"
+        f'<td>{_text(r.requirement)}</td><td class="number">{number_text(r.value)}</td>'
+        f'<td class="number">{number_text(r.threshold)}</td><td>{_text(r.unit)}</td><td>{_text(r.verdict)}</td>'
+        f'<td class="number">{r.n}</td></tr>'
+        for r in rows[:ROWS_SHOWN]
+    ]
+    heads = "".join(f'<th scope="col">{h}</th>' for h in head)
+    said = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+    more = f" The first {ROWS_SHOWN} are shown." if len(rows) > ROWS_SHOWN else ""
+    return (
+        f'<h2>Requirements</h2><p class="muted">{said}.{more}</p>'
+        f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
     )
 
 

@@ -169,6 +169,7 @@ def _write(
         decisions=own.get("decisions", Table({})),
         figures=figures,
         software=run.composed.software,
+        requirements=own.get("requirements"),
     )
     (folder / "report.html").write_bytes(report_page(content))
     write_arrays(folder / "result.npz", run.composed.arrays)

@@ -369,4 +369,9 @@ export const sentences = {
   "Course, deg": "Курс, °",
   "Number of plots": "Число отметок",
   "Number of errors": "Число ошибок",
+  "second plot": "вторая отметка",
+  "acquired": "захвачена",
+  "updated": "использована",
+  "updated middle": "использована, в стороне",
+  "left out": "отброшена",
 };

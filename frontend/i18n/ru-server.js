@@ -483,6 +483,7 @@ export const sentences = {
 export const patterns = [
   [/^The first (.+?) of (.+?) rows? are drawn\.$/, "Показаны первые строки: $1 из $2."],
   [/^Of (.+?) plots? in tracking gates\.$/, "Отметок в стробах сопровождения: $1."],
+  [/^track (\S+)$/, "трасса $1"],
   [/^Mean over (.+?) trials?, cut at 2 km; dotted is OSPA\.$/, "Среднее по реализациям, их $1, ограничено 2 км; пунктир – OSPA."],
   ...trials.patterns,
   [/^Emitter at (.+) m; one mark, received by (.+)\.$/, "Излучатель на высоте $1 м; одна отметка, приняли $2."],

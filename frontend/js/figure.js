@@ -115,6 +115,8 @@ function dressTrace(trace, { colours, dark, hidden, named }) {
     if (copy.textfont) copy.textfont = { ...copy.textfont, color: colour };
     if (copy.fillcolor && role === "bound") copy.fillcolor = withAlpha(colour, 0.12);
   }
+  // Rows of names begin with the entry's label, which stays; what follows may be words of the server.
+  if (trace.type !== "bar" && Array.isArray(copy.y) && typeof copy.y[0] === "string" && trace.meta?.label) copy.y = copy.y.map((/** @type {string} */ row) => rowName(row, String(trace.meta?.label)));
   // The values stand in the strip under the chart; "none" hides the flying box but keeps the events.
   if (copy.hoverinfo !== "skip") {
     copy.hoverinfo = "none";
@@ -123,6 +125,11 @@ function dressTrace(trace, { colours, dark, hidden, named }) {
   const label = trace.meta?.label;
   if (label && hidden.has(label)) copy.visible = false;
   return copy;
+}
+
+/** @param {string} row @param {string} label */
+function rowName(row, label) {
+  return row.startsWith(`${label}, `) ? `${label}, ${row.slice(label.length + 2).split(", ").map(said).join(", ")}` : row;
 }
 
 /**
