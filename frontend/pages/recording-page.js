@@ -13,6 +13,7 @@ import { chartPanel } from "../components/chart-panel.js";
 import { planTools } from "../components/plan-tools.js";
 import { confirmDeletion } from "../components/confirm-dialog.js";
 import { readCounts, rejectionsTable, warningsList } from "../components/recording-report.js";
+import { dopplerSiteForm } from "../components/doppler-site-form.js";
 import { siteTable } from "../components/site-table.js";
 import { failed, gone, loading, stateBadge, wordsOf } from "../components/states.js";
 import { showTargetOf, targetPicker } from "../components/target-picker.js";
@@ -92,6 +93,7 @@ class RecordingPage extends HTMLElement {
   /** @param {Recording} recording */
   draw(recording) {
     const ready = recording.state === "ready";
+    const typable = ready && recording.kind === "doppler_pairs";
     const bus = new CursorBus();
     const charts = h("div", { class: "stack" });
     if (ready) this.drawCharts(recording, charts, bus);
@@ -116,7 +118,8 @@ class RecordingPage extends HTMLElement {
             h("div", { class: "card-body" }, rejectionsTable(recording))),
           h("section", { class: "card", "aria-label": t("report.site") },
             h("div", { class: "card-head" }, h("h2", null, t("report.site"))),
-            h("div", { class: "card-body" }, siteTable(recording.site)))),
+            h("div", { class: "card-body stack" }, typable && !recording.site ? h("p", { class: "muted" }, t("doppler_site.none")) : siteTable(recording.site),
+              typable ? dopplerSiteForm(recording, (made) => this.readAgain(recording, made)) : null))),
         h("div", { class: "columns" },
           h("section", { class: "card", "aria-label": t("recordings.again") },
             h("div", { class: "card-head" }, h("h2", null, t("recordings.again"))),
@@ -154,15 +157,18 @@ class RecordingPage extends HTMLElement {
     }
   }
 
+  /** @param {Recording} recording @param {Recording} made */
+  readAgain(recording, made) {
+    if (made.id === recording.id) toast(t("toast.same_recording"));
+    else go(routeTo(["recordings", made.id]));
+  }
+
   /** @param {Recording} recording */
   again(recording) {
     const upload = /** @type {RecordingUpload} */ (document.createElement("recording-upload"));
     upload.again = recording.id;
     upload.options = recording.options ?? {};
-    upload.onuploaded = (made) => {
-      if (made.id === recording.id) toast(t("toast.same_recording"));
-      else go(routeTo(["recordings", made.id]));
-    };
+    upload.onuploaded = (made) => this.readAgain(recording, made);
     return upload;
   }
 

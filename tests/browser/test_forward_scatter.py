@@ -6,6 +6,7 @@ import json
 import re
 import urllib.request
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -78,6 +79,48 @@ def test_a_row_of_the_passes_shows_its_time_alone(visit: Callable[..., Visit], s
     expect(row).not_to_have_class(re.compile("current"))
     page.wait_for_function("(p) => p.plot._fullLayout.xaxis.range[0] < 100", arg=crossing)
     assert drawn(page, "What is known of the crossing")["x_range"] == pytest.approx(whole)
+    visited.assert_clean()
+
+
+def test_places_are_typed_on_the_page(visit: Callable[..., Visit], server: Server) -> None:
+    """A file of Dopplers alone becomes a recording that can be run, without a file for its site."""
+    sample = Path(__file__).parents[2] / "examples" / "recordings" / "sample_dopplers.csv"
+    rows = "".join(sample.read_text().splitlines(keepends=True)[:32]).encode()
+    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/octet-stream"}
+    address = f"{server.url}/api/v1/recordings?name=alone.csv"
+    with urllib.request.urlopen(urllib.request.Request(address, rows, head)) as answer:
+        recording = json.load(answer)["id"]
+    visited = visit()
+    page = visited.open(f"#/recordings/{recording}")
+    form = page.locator("doppler-site-form")
+    form.get_by_label("Transmitters and receivers").select_option("1x2")
+    typed = {
+        "transmitters.0.east_m": "34641",
+        "transmitters.0.north_m": "20000",
+        "receivers.0.east_m": "75",
+        "receivers.0.north_m": "-129,9",
+        "receivers.1.east_m": "-75",
+        "receivers.1.north_m": "129.9",
+    }
+    for field, value in typed.items():
+        form.locator(f"[data-field='{field}']").fill(value)
+    send = form.get_by_role("button", name="Read again with this site")
+    send.click()
+    wavelength = form.get_by_label("Wavelength, m")
+    expect(form).to_contain_text("Wavelength, m: a number is needed.")
+    expect(wavelength).to_be_focused()
+    wavelength.fill("1")
+    send.click()
+    expect(page.get_by_role("region", name="Receivers")).to_contain_text("-129.9")
+    read = page.url.rpartition("/")[2]
+    assert read != recording
+    made = ask(server, f"recordings/{read}")["site"]
+    assert made["wavelength_m"] == 1
+    run = ask(server, "runs", {"recording_id": read, "algorithms": [{"name": "forward_scatter_ml"}]})
+    assert "id" in run
+    # Now it is folded, and holds what was typed.
+    page.get_by_text("Change the places").click()
+    expect(page.locator("[data-field='receivers.0.north_m']")).to_have_value("-129.9")
     visited.assert_clean()
 
 
