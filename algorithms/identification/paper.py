@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from algorithms.identification.paper_extended import EXTENDED
+from algorithms.identification.verdicts import PAPER, REFERENCE, verdict
 from algorithms.spec import Reference
-from algorithms.studies import Claim, Found, Study, StudyEntry, StudyRun, Verdict, Word
+from algorithms.studies import Claim, Study, StudyEntry, StudyRun, Verdict
 
-PAPER = "prosov2008"
 # A printed share is reproduced within this much: its trials are not stated, a thousand give 0.03.
 PRINTED_WITHIN = 0.035
-# Numbers that stand in no paper: they come from a simulation of its own with up to 40,000 trials.
-REFERENCE = "{} (reference, not printed)"
 # Target, method and what table 1 prints: correct, wrong, undecided.
 PRINTED = (
     ("lin", "1", (0.674, 0.010, 0.316)),
@@ -100,14 +99,6 @@ TABLE_1 = Study(
 )
 
 
-def _verdict(claim: Claim, found: Found, expected: float, within: float, words: str = "") -> Verdict:
-    near = abs(found.value - expected) <= within
-    word: Word = "reproduced" if near else "partly" if abs(found.value - expected) <= 2 * within else "not"
-    return Verdict(
-        claim, found.value, "1", word, f"Here {found.value:.3f}, expected {expected:.3f}.", found.low, found.high
-    )
-
-
 # Specification 12.3, target 1.
 _APART = ((500, 0.120), (1000, 0.604), (1500, 0.949))
 _SEPARATION = tuple(
@@ -123,11 +114,11 @@ _RULE = Claim("curve", "1,000 m apart: share of right pairs in the most likely m
 
 def _judge_separation(run: StudyRun) -> Sequence[Verdict]:
     out = [
-        _verdict(claim, run.metric_of_target("probability_correct", "lin", "1", offset_along_m=dr), expected, 0.03)
+        verdict(claim, run.metric_of_target("probability_correct", "lin", "1", offset_along_m=dr), expected, 0.03)
         for claim, (dr, expected) in zip(_SEPARATION, _APART, strict=True)
     ]
     found = run.metric_of_target("assignment_correct", "matching", "1", offset_along_m=1000)
-    return [*out, _verdict(_RULE, found, 0.99, 0.01)]
+    return [*out, verdict(_RULE, found, 0.99, 0.01)]
 
 
 SEPARATION = Study(
@@ -165,7 +156,7 @@ _ACCURACY = Claim("curve", "a longer base makes fused positions better and assoc
 
 def _judge_base(run: StudyRun) -> Sequence[Verdict]:
     out = [
-        _verdict(claim, run.metric_of_target("probability_correct", "lin", "1", base_m=1000 * base), expected, 0.03)
+        verdict(claim, run.metric_of_target("probability_correct", "lin", "1", base_m=1000 * base), expected, 0.03)
         for claim, (base, expected) in zip(_BASE, _BASES_KM, strict=True)
     ]
     short = run.metric("rms_horizontal_m", "matching", base_m=10_000).value
@@ -215,7 +206,7 @@ _CONSISTENCY = tuple(
 
 def _judge_consistency(run: StudyRun) -> Sequence[Verdict]:
     return [
-        _verdict(claim, run.metric("false_rejection", label, sigma_azimuth_deg=4), expected, max(0.1 * expected, 0.005))
+        verdict(claim, run.metric("false_rejection", label, sigma_azimuth_deg=4), expected, max(0.1 * expected, 0.005))
         for claim, (label, expected) in zip(_CONSISTENCY, _AT_4, strict=True)
     ]
 
@@ -250,7 +241,7 @@ def _judge_many(run: StudyRun) -> Sequence[Verdict]:
         (run.metric("assignment_correct", "matching", targets=8), 0.948, 0.03),
         (run.metric("assignment_correct", "matching", targets=12), 0.923, 0.03),
     )
-    return [_verdict(c, f, e, w) for c, (f, e, w) in zip(_MANY, found, strict=True)]
+    return [verdict(c, f, e, w) for c, (f, e, w) in zip(_MANY, found, strict=True)]
 
 
 MANY = Study(
@@ -295,7 +286,7 @@ def _judge_tracks(run: StudyRun) -> Sequence[Verdict]:
         (run.metric("false_rejection", "polar", leg), 0.012, 0.008),
         (run.metric("assignment_correct", "mucm", leg), 1.0, 0.01),
     )
-    return [_verdict(c, f, e, w) for c, (f, e, w) in zip(_TRACKS, found, strict=True)]
+    return [verdict(c, f, e, w) for c, (f, e, w) in zip(_TRACKS, found, strict=True)]
 
 
 TRACKS = Study(
@@ -318,4 +309,4 @@ TRACKS = Study(
     seed=2008,
 )
 
-STUDIES = (TABLE_1, SEPARATION, BASE, CONSISTENCY, MANY, TRACKS)
+STUDIES = (TABLE_1, SEPARATION, BASE, CONSISTENCY, MANY, TRACKS, *EXTENDED)

@@ -49,7 +49,8 @@ class Bundle:
         places = []
         for array in given:
             owner = _owner(array)
-            shared = owner.flags.forc and covered[id(owner)] >= _WORTH_SENDING * owner.nbytes
+            # A view of nothing may lie anywhere: there is no memory that it could be found in.
+            shared = array.size > 0 and owner.flags.forc and covered[id(owner)] >= _WORTH_SENDING * owner.nbytes
             if not shared:
                 array = owner = np.ascontiguousarray(array)
             if not shared or id(owner) not in known:

@@ -33,6 +33,7 @@ def test_a_small_piece_of_a_large_memory_is_copied() -> None:
 
 def test_any_order_type_and_shape_comes_back() -> None:
     base = np.arange(24, dtype=np.int32).reshape(4, 6)
+    nobody = np.empty(0, np.int64)
     given = [
         np.asfortranarray(base),
         base[:, ::2],
@@ -40,6 +41,8 @@ def test_any_order_type_and_shape_comes_back() -> None:
         base[::-1],
         np.array(3.5),
         np.empty((0, 3)),
+        *np.zeros((5, 3, 1))[nobody, :, nobody].reshape(-1, 3).T,
+        base[4:, 2],
         np.array([True, False]),
         np.frombuffer(b"read only", np.uint8),
         base.astype(">i4"),
