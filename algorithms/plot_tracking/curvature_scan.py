@@ -83,6 +83,8 @@ class Taken:
     """position of its track in the table of afterwards, -1 = none"""
     pairs: list[tuple[int, Ints, Ints, Floats]] = field(default_factory=list)
     """of each stage: its number, and track (in the table of before), plot and distance of every pair inside a gate"""
+    areas: tuple[Ints, Floats, Floats] | None = None
+    """tracks, centres (T, 2) and covariances (T, 2, 2) times the squared radius of their outer tracking ellipses"""
 
     @classmethod
     def of(cls, plots: int) -> Taken:
@@ -112,6 +114,8 @@ def advance(tracks: TrackTable, scan: Scan, rules: Rules, next_number: Ints) -> 
     taken = Taken.of(scan.rho.size)
     # What a track was before the scan decides its stage: nobody is acquired and followed at once.
     stages = np.minimum(tracks.plots, 3)
+    followed = np.flatnonzero(stages == 3)
+    taken.areas = followed, *_areas(tracks, followed, scan, rules)
     for stage, offer in ((3, _offer_follow), (2, _offer_acquisition), (1, _offer_second)):
         which = np.flatnonzero(stages == stage)
         track, plot, distance, cost = offer(tracks, which, scan, taken.free, rules)
@@ -175,6 +179,24 @@ def _offer_follow(tracks: TrackTable, which: Ints, scan: Scan, free: Ints, rules
         cost = d2 + np.log(determinant)
     inside = np.flatnonzero(d2 <= outer**2)
     return which[i[inside]], plot[inside], d2[inside], cost[inside]
+
+
+def _areas(tracks: TrackTable, which: Ints, scan: Scan, rules: Rules) -> tuple[Floats, Floats]:
+    """Centres (T, 2) and shapes (T, 2, 2) of the outer ellipses, east and north."""
+    ahead = scan.time_s - tracks.last_s[which]
+    rho, theta = _polar(tracks.p[:, which], ahead)
+    _, m = _gate_factor(tracks, which, scan.time_s, rules)
+    outer = float(gates.radius_of(np.array(rules.confidences[2])))
+    if rules.gate_law == "exact":
+        wider = np.where(_missed(tracks, which, scan.time_s, rules), COASTING_GATE**2, 1.0)
+        rr, rt, tt = (wider * part for part in _innovation(tracks, which, ahead, rules))
+    else:
+        rr, rt, tt = (rules.sigma_r * m) ** 2, np.zeros(which.size), (rules.sigma_theta(rho) * m) ** 2
+    sin, cos = np.sin(theta), np.cos(theta)
+    # Along the ray and across it, in the order of east and north.
+    to = np.array([[sin, rho * cos], [cos, -rho * sin]])
+    shape = outer**2 * np.einsum("imt,mnt,jnt->tij", to, np.array([[rr, rt], [rt, tt]]), to)
+    return np.stack([rho * sin, rho * cos], axis=1), shape
 
 
 def _gate_factor(tracks: TrackTable, which: Ints, now_s: float, rules: Rules) -> tuple[Ints, Floats]:

@@ -124,6 +124,9 @@ def _scan(feed: Feed, scan: Scan, tracks: TrackTable, rules: Rules, numbers: Int
     for name in ("first", "second"):
         history.baptise(getattr(old, name)[new], old.lane[new], old.number[new])
     _write_plots(scan, taken, old, rules, history)
+    if taken.areas is not None:
+        which, centre, covariance = taken.areas
+        history.areas(feed, scan.time_s, old.lane[which], old.number[which], centre, covariance)
     history.estimates(feed, _estimates(scan, taken, tracks))
     return tracks
 

@@ -91,6 +91,8 @@ class Taken:
     shared: NDArray[np.bool_]
     pairs: list[tuple[int, Ints, Ints, Floats]] = field(default_factory=list)
     too_large: int = 0
+    areas: tuple[Ints, Floats, Floats] | None = None
+    """tracks, centres (T, M, 2) and covariances (T, M, 2, 2) times the squared radius of their tracking gates"""
 
     @classmethod
     def of(cls, plots: int) -> Taken:
@@ -167,7 +169,10 @@ def advance(
         ahead = predicted(
             tracks.bank.take(which), np.maximum(at[which] - tracks.epoch_s[which], LEAST_STEP_S), rules.motion
         )
-        offer = _offer(tracks, which, ahead, at, scan, z, taken.free, identity, rules)
+        s, wide = _gate(tracks, which, ahead, scan, rules)
+        if stage == 3:
+            taken.areas = which, ahead.x[..., POSITION], s * wide[:, None, None, None] ** 2
+        offer = _offer(tracks, which, ahead, (s, wide), at, scan, z, taken.free, identity)
         np.add.at(taken.rivals, offer.plot, 1)
         taken.pairs.append((stage, offer.track, offer.plot, np.sqrt(offer.d2)))
         score = _scores(tracks, offer, rules, clutter)
@@ -232,9 +237,17 @@ def _instants(tracks: ImmTracks, scan: Scan, z: Floats) -> Floats:
     return out
 
 
+def _gate(tracks: ImmTracks, which: Ints, ahead: Bank, scan: Scan, rules: Rules) -> tuple[Floats, Floats]:
+    """Covariance of the innovation in each model (T, M, 2, 2), and the radius of the gate (T,)."""
+    here = np.einsum("tm,tmi->ti", ahead.mu, ahead.x[..., POSITION])
+    s = ahead.p[..., POSITION][..., POSITION, :] + plot_covariances(here[:, 0], here[:, 1], rules)[:, None]
+    missed = scan.time_s - tracks.seen_s[which] > 1.5 * rules.period_s
+    return s, rules.gate * np.where(missed, rules.coasting_gate, 1.0)
+
+
 def _offer(
-    tracks: ImmTracks, which: Ints, ahead: Bank, at: Floats, scan: Scan, z: Floats, free: Ints, identity: Identity,
-    rules: Rules,
+    tracks: ImmTracks, which: Ints, ahead: Bank, gate: tuple[Floats, Floats], at: Floats, scan: Scan, z: Floats,
+    free: Ints, identity: Identity,
 ) -> Offer:  # fmt: skip
     """Pairs inside the gate of either model, found along east first.
 
@@ -243,10 +256,7 @@ def _offer(
     """
     mean = ahead.x[..., POSITION]
     here = np.einsum("tm,tmi->ti", ahead.mu, ahead.x)
-    own = plot_covariances(here[:, 0], here[:, 2], rules)
-    s = ahead.p[..., POSITION][..., POSITION, :] + own[:, None]
-    missed = scan.time_s - tracks.seen_s[which] > 1.5 * rules.period_s
-    wide = rules.gate * np.where(missed, rules.coasting_gate, 1.0)
+    s, wide = gate
     half = wide[:, None] * np.sqrt(s[..., 0, 0])
     sweep = np.abs(here[:, 1]) * float(np.ptp(scan.t) if scan.t.size else 0.0)
     low, high = (mean[..., 0] - half).min(axis=1) - sweep, (mean[..., 0] + half).max(axis=1) + sweep

@@ -66,6 +66,7 @@ def tabulate(recording: PolarPlots, result: Result) -> dict[str, Table]:
         "track_events": _events(a),
         "decisions": _decisions(recording, a),
         "gates": _gates(recording, a),
+        "gate_areas": _areas(a),
     }
     if "estimate_weights" in a:
         tables["mode_probabilities"] = _weights(recording, a, target)
@@ -248,6 +249,25 @@ def _gates(recording: PolarPlots, a: dict[str, Any]) -> Table:
             "track": np.where(track > 0, track, np.nan),
             "gate": [GATES[i] for i in a["pair_gate"].tolist()],
             "distance": a["pair_distance"],
+        }
+    )
+
+
+def _areas(a: dict[str, Any]) -> Table:
+    """Tracking gates as ellipses around predicted points; the semi-axes are the roots of the eigenvalues."""
+    xx, yy, xy = a["area_covariance"].T
+    mean, spread = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    return Table(
+        {
+            "trial": _trial(a["area_trial"], a),
+            "track": a["area_track"].astype(float),
+            "time_s": a["area_time_s"],
+            "east_m": a["area_centre"][:, 0],
+            "north_m": a["area_centre"][:, 1],
+            "semi_major_m": np.sqrt(mean + spread),
+            "semi_minor_m": np.sqrt(np.maximum(mean - spread, 0.0)),
+            # Of the long axis, clockwise from north.
+            "azimuth_deg": np.degrees(np.mod(0.5 * np.arctan2(2 * xy, yy - xx), np.pi)),
         }
     )
 

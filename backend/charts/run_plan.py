@@ -21,6 +21,7 @@ from backend.charts.figure import (
     trace,
 )
 from backend.charts.plane import MARK, PLACE, Plane
+from backend.charts.replay import replay_of
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "Plan"
@@ -47,7 +48,12 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     plane.add_stations()
     if not any(len(states.table) for _, states in found):
         return not_applicable(TITLE, "no_states")
-    return plane.draw(TITLE)
+    drawn = plane.draw(TITLE)
+    replay = replay_of(found)
+    if replay is not None:
+        kilometres = drawn["layout"]["xaxis"]["title"]["text"].endswith("km")
+        drawn["layout"]["meta"]["replay"] = replay | {"unit_m": 1000 if kilometres else 1}
+    return drawn
 
 
 def _add_tracks(plane: Plane, entry: Entry, states: Estimates, options: ChartOptions) -> None:

@@ -7,6 +7,7 @@ import { t } from "../js/i18n.js";
 import { describePoints, isOverTime, rowOf } from "../js/figure.js";
 import { Moments } from "../js/moments.js";
 import { pieceAt, pieceName } from "../js/pieces.js";
+import { replayed } from "../js/replay.js";
 
 /** @import { PlotlyElement } from "../types.d.ts" */
 /** @import { ChartPanel } from "./chart-panel.js" */
@@ -241,6 +242,7 @@ export class ChartCursor {
     const dot = (/** @type {any} */ point, /** @type {number} */ r, /** @type {string} */ name) => svg("circle", {
       cx: x.d2p(point.x), cy: y.d2p(point.y), r, class: name, style: `color: ${point.trace.line?.color ?? point.trace.marker?.color}`,
     });
+    inner.append(...replayed(this.figure?.layout?.meta?.replay, time, this.plot._fullData ?? [], x, y));
     inner.append(...trail.map((point) => dot(point, 2, "trail")), ...this.marked.map((point) => dot(point, 8, "mark")));
   }
 

@@ -374,4 +374,7 @@ export const sentences = {
   "updated": "использована",
   "updated middle": "использована, в стороне",
   "left out": "отброшена",
+  "scan that the gate is for": "обзор, для которого строб",
+  "predicted point, east and north; one for each motion model": "предсказанная точка, восток и север; по одной на модель движения",
+  "east-east, north-north, east-north, at the gate's edge": "восток-восток, север-север, восток-север, на краю строба",
 };
