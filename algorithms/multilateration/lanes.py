@@ -54,6 +54,8 @@ REASONS = (
     "the marks together still leave an error above 20 % of the range",
     "the marks together fit no straight flight at constant speed",
     "started from several marks together",
+    "one reception was left out: the others agree without it",
+    "the altitude was left out: the receptions agree without it",
 )
 # Words may be put better; these names stay.
 REASON_CODES = (
@@ -78,10 +80,13 @@ REASON_CODES = (
     "poor_geometry",
     "not_straight",
     "several_marks",
+    "reception_left_out",
+    "altitude_left_out",
 )
 (R_NONE, R_FEW, R_NO_START, R_NO_SOLUTION, R_RESIDUAL, R_CLAIM, R_GAP, R_INCONSISTENT, R_FIX) = range(9)
 (R_TWO, R_SPREAD, R_OLD, R_SINGULAR, R_SCALED, R_REPAIRED) = range(9, 15)
 (R_TOO_FEW, R_SAME_PAIR, R_SEVERAL, R_POOR, R_NOT_STRAIGHT, R_TOGETHER) = range(15, 21)
+(R_LEFT_RECEPTION, R_LEFT_ALTITUDE) = range(21, 23)
 
 GAP_S = 60.0
 STALE_S = 20.0
@@ -206,6 +211,10 @@ class Report(NamedTuple):
     altitude_used: NDArray[np.bool_]
     residual: Floats
     start_error: Floats
+    probability: Floats
+    """(M, 2, L), of the interacting models; no rows where there are none"""
+    bias: Floats
+    """(M, 2, L) m: the altitude's bias and its standard deviation"""
 
 
 class Now(NamedTuple):
@@ -365,9 +374,10 @@ def new_report(
     *,
     covariance: Literal["state", "position"] = "state",
     receptions: bool = True,
+    models: bool = False,
 ) -> Report:
     """Room for the report of so many marks, with the covariance of the whole state or of the position alone, and with
-    what became of single receptions and of starts in vain or without it.
+    what became of single receptions and of starts in vain or without it; `models` = with what interacting models say.
     """
     rows = marks if receptions else 0
     return Report(
@@ -383,4 +393,6 @@ def new_report(
         altitude_used=np.zeros((marks, lanes), np.bool_),
         residual=np.full((rows, stations, lanes), np.nan),
         start_error=np.full((rows, lanes), np.nan),
+        probability=np.full((marks if models else 0, 2, lanes), np.nan),
+        bias=np.full((marks if models else 0, 2, lanes), np.nan),
     )

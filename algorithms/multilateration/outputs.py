@@ -45,6 +45,13 @@ FILTER_OUTPUTS = (
     ),
 )
 
+MODELS_OUTPUTS = (
+    *FILTER_OUTPUTS,
+    Output("mode_probability", ("mark", "model", "trial"), "probability", "of straight flight and of manoeuvre"),
+    Output("altitude_bias_m", ("mark", "trial"), "m", "decoded altitude less geometric height, as estimated"),
+    Output("altitude_bias_sd_m", ("mark", "trial"), "m", "its standard deviation"),
+)
+
 # Where the elements of the position stand in the lower triangle of a covariance of nine components.
 _IN_STATE = [0, 6, 9, 21, 24, 27]
 

@@ -102,7 +102,31 @@ class AltitudeParameters(MarkParameters):
     50-300 m; the reader of real recordings therefore proposes 125 m. Empty = the site's value."""
 
 
-class FilterParameters(MarkParameters):
+class StartParameters(MarkParameters):
+    """What describes where a track starts."""
+
+    start: Start = parameter(Start(), title="Start", group="start", advanced=True)
+    """Where the filter starts."""
+    start_marks: int = parameter(
+        30, title="Marks for a start together", unit="1", group="start", advanced=True, ge=0, le=200
+    )
+    """How many marks, none of which can start a track, are kept to start one together. 0 = never (the article's
+    profile: never)."""
+    start_window_s: float = parameter(
+        60.0, title="Window for a start together", unit="s", group="start", advanced=True, gt=0, le=600
+    )
+    """How old a mark may be that helps to start a track; the flight must be straight so long."""
+    start_altitude_m: float = parameter(
+        6000.0, title="Assumed altitude", unit="m", group="start", advanced=True, ge=-1e3, le=4e4
+    )
+    """Altitude of the class of emitters, for a start together where no altitude is decoded."""
+    start_altitude_sd_m: float = parameter(
+        3500.0, title="Error of the assumed altitude", unit="m", group="start", advanced=True, gt=0, le=1e5
+    )
+    """Its standard deviation: 3500 m = anywhere from the ground to 12 km."""
+
+
+class FilterParameters(StartParameters):
     """What describes a range-difference filter."""
 
     profile: Literal["article", "robust"] = parameter(
@@ -147,25 +171,6 @@ class FilterParameters(MarkParameters):
         },
     )
     """Whether the whole track is smoothed afterwards (Rauch-Tung-Striebel)."""
-    start: Start = parameter(Start(), title="Start", group="start", advanced=True)
-    """Where the filter starts."""
-    start_marks: int = parameter(
-        30, title="Marks for a start together", unit="1", group="start", advanced=True, ge=0, le=200
-    )
-    """How many marks, none of which can start a track, are kept to start one together. 0 = never (the article's
-    profile: never)."""
-    start_window_s: float = parameter(
-        60.0, title="Window for a start together", unit="s", group="start", advanced=True, gt=0, le=600
-    )
-    """How old a mark may be that helps to start a track; the flight must be straight so long."""
-    start_altitude_m: float = parameter(
-        6000.0, title="Assumed altitude", unit="m", group="start", advanced=True, ge=-1e3, le=4e4
-    )
-    """Altitude of the class of emitters, for a start together where no altitude is decoded."""
-    start_altitude_sd_m: float = parameter(
-        3500.0, title="Error of the assumed altitude", unit="m", group="start", advanced=True, gt=0, le=1e5
-    )
-    """Its standard deviation: 3500 m = anywhere from the ground to 12 km."""
 
 
 class FilterWithAltitudeParameters(FilterParameters, AltitudeParameters):

@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from algorithms.errors import ParameterError, RecordingError
 from algorithms.multilateration import lanes
+from algorithms.multilateration.bank import Choice, new_bank, with_altitude_noise
 from algorithms.multilateration.blocks import blocks_of
 from algorithms.multilateration.conditions import Conditions, conditions_of, given_or_default, toa_of
 from algorithms.multilateration.filter_kernel import filter_marks
+from algorithms.multilateration.imm_kernel import filter_marks_by_models
 from algorithms.multilateration.lanes import Report, Setup, Track
 from algorithms.multilateration.outputs import position_part
 from algorithms.multilateration.parameters import FilterParameters, Start
@@ -33,8 +35,16 @@ FULL_COVARIANCE_MARKS = 100_000
 POSITION_COVARIANCE = "Of each covariance the position's part alone is kept: the recording has more than 100,000 marks."
 
 
-def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunContext, *, altitude: bool) -> Result:
-    """Filter every target of a recording (specification 4-6), with or without the altitude observation.
+def run_filter(
+    recording: ToaMarks,
+    parameters: FilterParameters,
+    context: RunContext,
+    *,
+    altitude: bool,
+    models: Choice | None = None,
+) -> Result:
+    """Filter every target of a recording (specification 4-6), with or without the altitude observation, by one model or
+    by two that interact.
 
     Raises
     ------
@@ -43,11 +53,14 @@ def run_filter(recording: ToaMarks, parameters: FilterParameters, context: RunCo
     RunCancelled
         Where the context says so.
     """
-    report, conditions, settings = _filtered(recording, parameters, context, altitude=altitude, lean=False)
+    report, conditions, settings = _filtered(
+        recording, parameters, context, altitude=altitude, lean=False, models=models
+    )
     notes = conditions.notes
     if keeps_position_alone(recording) and parameters.smoothing == "none":
         notes = (*notes, Note("position_covariance", POSITION_COVARIANCE))
-    return Result(_arrays(recording, report), notes, settings)
+    arrays = _arrays(recording, report) | ({} if models is None else _of_models(report))
+    return Result(arrays, notes, settings)
 
 
 def keeps_position_alone(recording: ToaMarks) -> bool:
@@ -55,9 +68,16 @@ def keeps_position_alone(recording: ToaMarks) -> bool:
     return len(recording) * recording.toa_s.shape[2] > FULL_COVARIANCE_MARKS
 
 
-def score_filter(recording: ToaMarks, parameters: FilterParameters, context: RunContext, *, altitude: bool) -> Scores:
+def score_filter(
+    recording: ToaMarks,
+    parameters: FilterParameters,
+    context: RunContext,
+    *,
+    altitude: bool,
+    models: Choice | None = None,
+) -> Scores:
     """Filter a block of simulated trials and score it against the truth."""
-    report, _, _ = _filtered(recording, parameters, context, altitude=altitude, lean=True)
+    report, _, _ = _filtered(recording, parameters, context, altitude=altitude, lean=True, models=models)
     return score_positions(
         time_s=recording.time_s,
         target=recording.target,
@@ -73,7 +93,13 @@ def score_filter(recording: ToaMarks, parameters: FilterParameters, context: Run
 
 
 def _filtered(
-    recording: ToaMarks, parameters: FilterParameters, context: RunContext, *, altitude: bool, lean: bool
+    recording: ToaMarks,
+    parameters: FilterParameters,
+    context: RunContext,
+    *,
+    altitude: bool,
+    lean: bool,
+    models: Choice | None = None,
 ) -> tuple[Report, Conditions, dict[str, Setting]]:
     """Run the kernel over all targets and trials; a lean report has what scores need: no receptions, and of the
     covariance the position's.
@@ -90,6 +116,10 @@ def _filtered(
         | _start_settings(parameters)
     )
     setup = filter_setup(recording, parameters, conditions, altitude=altitude)
+    if models is not None:
+        # What starts a track knows no bias: to it the altitude is so much less certain.
+        models = with_altitude_noise(models, conditions)
+        setup = setup._replace(altitude_variance=models.altitude_variance + models.bias_variance)
     gathered = int(settings["start_marks"].value)
     toa = toa_of(recording, conditions)
     stations, trials = toa.shape[1:]
@@ -98,19 +128,26 @@ def _filtered(
         check_size(recording)
     spare = (lean or keeps_position_alone(recording)) and not is_smoothed
     kept: Literal["state", "position"] = "position" if spare else "state"
-    whole = lanes.new_report(len(recording), stations, trials, covariance=kept, receptions=not lean)
+    with_models = models is not None and not lean
+    whole = lanes.new_report(len(recording), stations, trials, covariance=kept, receptions=not lean, models=with_models)
     highest = np.zeros((len(recording.targets), trials), np.int64)
     now, work = lanes.new_now(stations), lanes.new_rows(stations)
     step = max(1, SLICE_RECEPTIONS // max(stations, 1))
     done, total = 0, max(len(recording) * trials, 1)
     for block in blocks_of(recording, trials):
         track = started(parameters.start, recording, block.firsts, block.numbers, context, gathered)
+        bank = new_bank(stations)
         for k in range(0, block.size, step):
             context.check_cancelled()
             stop = min(k + step, block.size)
             marks = block.marks(recording, toa, k, stop)
-            report = lanes.new_report(stop - k, stations, marks.time.shape[1], covariance=kept, receptions=not lean)
-            filter_marks(marks, setup, track, now, work, report, 0, stop - k)
+            report = lanes.new_report(
+                stop - k, stations, marks.time.shape[1], covariance=kept, receptions=not lean, models=with_models
+            )
+            if models is None:
+                filter_marks(marks, setup, track, now, work, report, 0, stop - k)
+            else:
+                filter_marks_by_models(marks, setup, models, track, bank, now, work, report, 0, stop - k)
             done += block.put(whole, report, highest, k, stop)
             context.progress(done / total)
     if is_smoothed:
@@ -257,4 +294,12 @@ def _arrays(recording: ToaMarks, report: Report) -> dict[str, NDArray[np.generic
         "altitude_used": report.altitude_used,
         "residual_m": report.residual,
         "start_error_m": report.start_error,
+    }
+
+
+def _of_models(report: Report) -> dict[str, NDArray[np.generic]]:
+    return {
+        "mode_probability": report.probability,
+        "altitude_bias_m": report.bias[:, 0],
+        "altitude_bias_sd_m": report.bias[:, 1],
     }

@@ -15,8 +15,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-FORMS = {"update_rows_9": (9, 3), "update_rows_3": (3, 1)}
-"""Name of the function: components of the state, components per axis."""
+FORMS = {
+    "update_rows_9": (9, 3, False),
+    "update_rows_3": (3, 1, False),
+    "update_rows_10": (10, 3, True),
+    "update_rows_4": (4, 1, True),
+}
+"""Name of the function: components of the state, components per axis, whether the last one is a bias that rows see."""
 
 HEAD = '''"""Scalar-row updates with written-out loops. Made by `algorithms.toolbox.kernels.generate`: do not edit.
 
@@ -31,6 +36,9 @@ the movement that earlier rows made. P stays symmetric because only its lower tr
 Arguments: x (n, LANES), p (n (n + 1) / 2, LANES) packed; start (3, LANES), the position to which `nu` refers;
 h (rows, 3, LANES), nu, variance (rows, LANES), the rows; active (rows, LANES), 1 where the lane has the row and 0
 where it has not (gain zero, no branch); nis and determinant (LANES,), to which nu^2 / S is added and S / R multiplied.
+
+Where the state ends with a bias, `along` (rows, LANES) says how a row sees it (0 or 1), and start (4, LANES) holds it
+too.
 """
 
 # ruff: noqa: E501
@@ -46,19 +54,21 @@ def _element(i: int, j: int) -> str:
     return f"q[{row * (row + 1) // 2 + column} * LANES + lane]"
 
 
-def row_update(name: str, n: int, n_axis: int) -> str:
+def row_update(name: str, n: int, n_axis: int, biased: bool) -> str:
     """Return the source text of one update function."""
-    places = [a * n_axis for a in range(3)]
+    places = [a * n_axis for a in range(3)] + ([n - 1] if biased else [])
+    kind = f"{n}-component states, the last a bias," if biased else f"{n}-component states"
     lines = [
         "@kernel",
-        f"def {name}(x, p, start, h, nu, variance, active, nis, determinant):",
-        f'    """Update a block of {n}-component states by scalar rows, one after another, in place."""',
+        f"def {name}(x, p, start, h, {'along, ' if biased else ''}nu, variance, active, nis, determinant):",
+        f'    """Update a block of {kind} by scalar rows, one after another, in place."""',
         "    # Flat views: with the row length known, the compiler sees that rows do not overlap, and vectorises.",
         "    q = p.reshape(p.size)",
         "    y = x.reshape(x.size)",
         "    b = start.reshape(start.size)",
         "    for row in range(nu.shape[0]):",
         "        row_h = h[row].reshape(3 * LANES)",
+        *(["        row_along = along[row]"] if biased else []),
         "        row_nu = nu[row]",
         "        row_variance = variance[row]",
         "        row_active = active[row]",
@@ -66,6 +76,7 @@ def row_update(name: str, n: int, n_axis: int) -> str:
     ]
     body = [
         *(f"h{a} = row_h[{a} * LANES + lane]" for a in range(3)),
+        *(["h3 = row_along[lane]"] if biased else []),
         *(f"w{i} = " + " + ".join(f"{_element(i, j)} * h{a}" for a, j in enumerate(places)) for i in range(n)),
         "r = row_variance[lane]",
         "s = r + " + " + ".join(f"h{a} * w{j}" for a, j in enumerate(places)),
