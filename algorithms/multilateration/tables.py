@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from algorithms.multilateration import lanes
 from algorithms.multilateration.outputs import position_covariance
@@ -27,6 +28,9 @@ _UPDATING = (
     lanes.ALTITUDE_ONLY,
     lanes.AMBIGUOUS,
 )
+# Marks that entered as they should, of which something is to be told all the same.
+_WORTH_TELLING = (lanes.R_TOGETHER, lanes.R_LEFT_RECEPTION, lanes.R_LEFT_ALTITUDE)
+MODELS = ("straight flight", "manoeuvre")
 _POSITION = [0, 3, 6]
 _VELOCITY = [1, 4, 7]
 _ACCELERATION = [2, 5, 8]
@@ -43,6 +47,8 @@ def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
     }
     if recording.has_truth:
         tables["errors"] = _errors(recording, result, rows)
+    if "mode_probability" in result.arrays:
+        tables["mode_probabilities"] = _probabilities(result, rows)
     return tables
 
 
@@ -221,11 +227,11 @@ def _decisions(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
     """List every mark that was not simply used: what was decided, against which threshold, and why."""
     a = result.arrays
     status, reason = _flat(a["status"]), _flat(a["reason"])
-    keep = np.flatnonzero(~np.isin(status, _PLAINLY_USED) | (reason == lanes.R_TOGETHER))
+    keep = np.flatnonzero(~np.isin(status, _PLAINLY_USED) | np.isin(reason, _WORTH_TELLING))
     rows = rows.taken(keep)
     nis, dof = _flat(a["nis"])[keep], _flat(a["dof"])[keep]
     scaled = status[keep] == lanes.DOWNWEIGHTED
-    threshold = np.where(scaled, lanes.SCALE_FROM_SIGMA * np.sqrt(dof), np.nan)
+    threshold = np.where(scaled, _thresholds(result, dof), np.nan)
     return Table(
         {
             "track": rows.track,
@@ -235,7 +241,7 @@ def _decisions(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
             "distance": np.sqrt(nis),
             "threshold": threshold,
             "probability": np.full(keep.size, np.nan),
-            "reason": _reasons(result, reason, keep),
+            "reason": _reasons(recording, result, reason, keep),
             "target": rows.target,
             "trial": rows.trial,
             "code": Texts.coded(reason[keep], lanes.REASON_CODES),
@@ -243,20 +249,57 @@ def _decisions(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
     )
 
 
-def _reasons(result: Result, reason: NDArray[Any], keep: NDArray[np.int64]) -> Texts:
-    """Words of each reason; a start in vain also tells the error that it would have had, to two digits."""
+def _thresholds(result: Result, dof: NDArray[Any]) -> NDArray[np.float64]:
+    """From which normalised distance on the noise of a mark is scaled up."""
+    if "gate_probability" in result.settings:
+        gate: NDArray[np.float64] = np.sqrt(
+            chi2.ppf(float(result.settings["gate_probability"].value), np.maximum(dof, 1))
+        )
+        return gate
+    scaled: NDArray[np.float64] = lanes.SCALE_FROM_SIGMA * np.sqrt(dof)
+    return scaled
+
+
+def _reasons(recording: ToaMarks, result: Result, reason: NDArray[Any], keep: NDArray[np.int64]) -> Texts:
+    """Words of each reason; a start in vain also tells the error that it would have had, to two digits, and what was
+    left out is named.
+    """
     words = Texts.coded(reason[keep], lanes.REASONS)
-    if "start_error_m" not in result.arrays:
-        return words
-    error = _flat(result.arrays["start_error_m"])[keep]
-    told = np.flatnonzero(np.isfinite(error))
-    if not told.size:
+    more: dict[int, str] = {}
+    if "start_error_m" in result.arrays:
+        error = _flat(result.arrays["start_error_m"])[keep]
+        for i in np.flatnonzero(np.isfinite(error)).tolist():
+            more[i] = f"predicted error {float(f'{error[i] / 1e3:.2g}'):g} km"
+    marks = len(recording)
+    for i in np.flatnonzero(reason[keep] == lanes.R_LEFT_RECEPTION).tolist():
+        mark, trial = keep[i] % marks, keep[i] // marks
+        received = np.isfinite(recording.toa_s[mark, :, trial]) & ~result.arrays["used"][mark, :, trial]
+        more[i] = "station " + recording.stations[int(np.flatnonzero(received)[0])]
+    if not more:
         return words
     longer = list(words)
-    for i in told.tolist():
-        km = float(f"{error[i] / 1e3:.2g}")
-        longer[i] = f"{longer[i]}; predicted error {km:g} km"
+    for i, text in more.items():
+        longer[i] = f"{longer[i]}; {text}"
     return Texts.of(longer)
+
+
+def _probabilities(result: Result, rows: _Rows) -> Table:
+    """How probable straight flight and manoeuvre are after each mark, where the models carry the track."""
+    a = result.arrays
+    straight, manoeuvre = (_flat(a["mode_probability"][:, m]) for m in range(2))
+    keep = np.flatnonzero(np.isfinite(straight))
+    twice = rows.taken(np.repeat(keep, 2))
+    return Table(
+        {
+            "trial": twice.trial,
+            "track": twice.track,
+            "time_s": np.repeat(_flat(a["time_s"])[keep], 2),
+            "model": Texts.coded(np.tile([0, 1], keep.size), MODELS),
+            "probability": np.stack([straight[keep], manoeuvre[keep]], axis=1).ravel(),
+            "row": twice.row,
+            "target": twice.target,
+        }
+    )
 
 
 def _receivers(recording: ToaMarks, result: Result) -> Table:

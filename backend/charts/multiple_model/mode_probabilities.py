@@ -95,6 +95,6 @@ CHART = Chart(
     source="run",
     needs=("mode_probabilities",),
     draw=draw,
-    kinds=("antenna_plots", "polar_plots"),
+    kinds=("antenna_plots", "polar_plots", "toa_marks"),
     overlay="time",
 )
