@@ -11,6 +11,7 @@ import * as multipleModel from "./ru-multiple-model.js";
 import * as identificationStudies from "./ru-identification-studies.js";
 import * as forwardScatter from "./ru-forward-scatter.js";
 import * as long from "./ru-long.js";
+import * as marks from "./ru-marks.js";
 import reading from "./ru-reading.js";
 import * as scenarios from "./ru-scenarios.js";
 import tracks from "./ru-tracks.js";
@@ -286,6 +287,7 @@ export const words = {
   ...plotTracking.words,
   ...studies.words,
   ...long.words,
+  ...marks.words,
   ...trials.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
   "m": "м",
@@ -486,6 +488,7 @@ export const patterns = [
   [/^track (\S+)$/, "трасса $1"],
   [/^Mean over (.+?) trials?, cut at 2 km; dotted is OSPA\.$/, "Среднее по реализациям, их $1, ограничено 2 км; пунктир – OSPA."],
   ...trials.patterns,
+  ...marks.patterns,
   [/^Emitter at (.+) m; one mark, received by (.+)\.$/, "Излучатель на высоте $1 м; одна отметка, приняли $2."],
   [/^Colours end at (\S+) and (\S+)(?: (.+))?; beyond, they stay the same\.$/, "Цвета различаются от $1 до $2 $3; дальше они не меняются."],
   [/^Not observable, left blank: (.+) % of the map\.$/, "Не наблюдаемо и оставлено пустым: $1 % карты."],
