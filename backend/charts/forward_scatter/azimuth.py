@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from algorithms.recording import Recording
+from algorithms.toolbox.frames.forward_scatter import scatter_frame
 from backend.charts import theme
 from backend.charts.decimate import Picked, curve, thin
 from backend.charts.figure import Trace, axis, figure, line_of, not_applicable, time_axis, trace
-from backend.charts.forward_scatter.panels import rows_of
+from backend.charts.forward_scatter.panels import broken, rows_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Azimuth from the base line"
@@ -55,6 +57,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             )
     if not traces:
         return not_applicable(TITLE, "no_angular_velocity")
+    traces += _truth(view.recording)
     return figure(
         TITLE,
         traces,
@@ -63,6 +66,35 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         xaxis=time_axis(view.recording),
         yaxis=axis("Azimuth from the base line, deg"),
     )
+
+
+def _truth(recording: Recording) -> list[Trace]:
+    """The true azimuths from the base line of the first receiver, which is the one that measures."""
+    site = recording.site
+    if not recording.has_truth or site is None or not site.transmitters or not site.receivers:
+        return []
+    places = site.terminal_positions()
+    count = len(site.transmitters)
+    frame = scatter_frame(places[:1], places[count : count + 1])
+    place = frame.from_enu(recording.truth_m)
+    true = np.degrees(np.arctan2(place[:, 1], place[:, 0]))
+    known = np.flatnonzero(np.isfinite(true))
+    if not known.size:
+        return []
+    # Within a pass the azimuth goes one way; another flight begins where it jumps.
+    step = np.abs(np.diff(true[known]))
+    begins = np.append(True, step > 5 * max(float(np.median(step)) if step.size else 0.0, 1e-9))
+    return [
+        trace(
+            "truth",
+            broken(recording.time_s[known], begins),
+            broken(true[known], begins),
+            name="true azimuth",
+            mode="lines",
+            line={"color": theme.TRUTH, "width": 1, "dash": "dash"},
+            hovertemplate="<b>true azimuth</b><br>%{y:.3f} deg<br>%{x:.3f} s<extra></extra>",
+        )
+    ]
 
 
 CHART = Chart(name="azimuth", title=TITLE, source="run", needs=("crossings",), draw=draw, kinds=("doppler_pairs",))

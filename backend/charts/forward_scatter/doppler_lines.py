@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from backend.charts import theme
+from backend.charts.columns import Floats
 from backend.charts.decimate import Picked, curve, thin
 from backend.charts.figure import ChartNote, Trace, axis, figure, line_of, not_applicable, time_axis, trace
 from backend.charts.forward_scatter.panels import Rows, rows_of
@@ -17,7 +18,7 @@ TITLE = "Dopplers and their lines"
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
-    """Draw the Dopplers once, and of each closed form the line at the end of every pass and where it crossed zero."""
+    """Draw the Dopplers once, of each closed form the lines of every pass, of other methods their last estimate."""
     found = [(entry, rows) for entry in view.entries if (rows := rows_of(entry, "dopplers")) is not None]
     if not found:
         return not_applicable(TITLE, "no_dopplers")
@@ -54,7 +55,9 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces += _rejected(entry, rows)
     notes = [
         ChartNote(
-            "lines", "Lines through the window at the end of a pass, dashed to their zero; a cross is a kept crossing."
+            "lines",
+            "Solid: the line through the window that gave the kept crossing, a cross; dashed: the last window's. "
+            "Both run on to zero.",
         )
     ]
     return figure(
@@ -69,38 +72,51 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
 
 
 def _lines(entry: Entry, rows: Rows) -> list[Trace]:
-    """The last line of each pass, drawn over its window and on to zero, and the crossings that are kept."""
+    """Of each pass the line that gave the kept crossing, solid, and the last one, dashed; both run on to zero."""
     out: list[Trace] = []
-    last = np.append(np.flatnonzero(rows.breaks)[1:] - 1, rows.order.size - 1)
+    pieces = np.split(np.arange(rows.order.size), np.flatnonzero(rows.breaks)[1:])
     for j in (1, 2):
-        x: list[float] = []
-        y: list[float] = []
-        kept_x: list[float] = []
-        for k in last:
-            centre, value = rows.numbers(f"line_{j}_centre_s")[k], rows.numbers(f"line_{j}_centre_hz")[k]
-            slope, zero = rows.numbers(f"line_{j}_slope_hz_s")[k], rows.numbers(f"line_{j}_zero_s")[k]
-            if not np.isfinite([centre, value, slope, zero]).all():
-                continue
-            half = max(rows.time_s[k] - centre, 1e-9)
-            for t in (zero, centre - half, centre + half):
-                x.append(float(t))
-                y.append(float(value + slope * (t - centre)))
-            x.append(np.nan)
-            y.append(np.nan)
-            if rows.numbers(f"kept_{j}")[k] > 0:
-                kept_x.append(float(rows.numbers(f"crossing_{j}_s")[k]))
-        if x:
-            name = f"{entry.label}, line {j}"
-            look = {**line_of(entry, 1), "dash": "dash"}
-            out.append(trace("series", np.array(x), np.array(y), entry=entry, name=name, mode="lines", line=look,
-                             hovertemplate=f"<b>{name}</b><br>%{{y:.2f}} Hz, %{{x:.3f}} s<extra></extra>"))  # fmt: skip
-        if kept_x:
+        column = {n: rows.numbers(f"line_{j}_{n}") for n in ("centre_s", "centre_hz", "slope_hz_s", "zero_s")}
+        kept, crossing = rows.numbers(f"kept_{j}") > 0, rows.numbers(f"crossing_{j}_s")
+        # The crossing is the zero of the window that it was taken from, to the last bit.
+        of_kept = [k for piece in pieces if kept[piece[-1]]
+                   for k in piece[column["zero_s"][piece] == crossing[piece[-1]]][:1]]  # fmt: skip
+        look = line_of(entry, 1)
+        for word, dash, chosen in (
+            ("line", "dash", [int(piece[-1]) for piece in pieces]),
+            ("kept line", "solid", of_kept),
+        ):
+            x, y = _drawn_lines(rows.time_s, column, chosen)
+            if x.size:
+                name = f"{entry.label}, {word} {j}"
+                hover = f"<b>{name}</b><br>%{{y:.2f}} Hz, %{{x:.3f}} s<extra></extra>"
+                out.append(trace("series", x, y, entry=entry, name=name, mode="lines", line={**look, "dash": dash},
+                                 hovertemplate=hover))  # fmt: skip
+        kept_x = np.array([crossing[piece[-1]] for piece in pieces if kept[piece[-1]]])
+        if kept_x.size:
             name = f"{entry.label}, crossing of receiver {j}"
             marker = {"symbol": "x", "size": 9, "color": theme.series_color(entry.index)}
-            out.append(trace("series", np.array(kept_x), np.zeros(len(kept_x)), entry=entry, name=name, mode="markers",
+            out.append(trace("series", kept_x, np.zeros(kept_x.size), entry=entry, name=name, mode="markers",
                              marker=marker, showlegend=False,
                              hovertemplate=f"<b>{name}</b><br>%{{x:.4f}} s<extra></extra>"))  # fmt: skip
     return out
+
+
+def _drawn_lines(time_s: Floats, column: dict[str, Floats], chosen: list[int]) -> tuple[Floats, Floats]:
+    """The lines of these rows over their windows and on to zero, with a gap behind each."""
+    x: list[float] = []
+    y: list[float] = []
+    for k in chosen:
+        centre, value, slope, zero = (float(column[n][k]) for n in ("centre_s", "centre_hz", "slope_hz_s", "zero_s"))
+        if not np.isfinite([centre, value, slope, zero]).all():
+            continue
+        half = max(float(time_s[k]) - centre, 1e-9)
+        for t in sorted((zero, centre - half, centre + half)):
+            x.append(t)
+            y.append(value + slope * (t - centre))
+        x.append(np.nan)
+        y.append(np.nan)
+    return np.array(x), np.array(y)
 
 
 def _curves(entry: Entry, rows: Rows, options: ChartOptions, picked: list[Picked]) -> list[Trace]:

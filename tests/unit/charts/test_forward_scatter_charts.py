@@ -64,6 +64,35 @@ def test_a_fit_without_lines_draws_what_it_gives_for_each_channel() -> None:
     assert np.std(value[np.isfinite(value)] - measured) == pytest.approx(0.2, rel=0.3)
 
 
+def test_the_line_that_gave_a_kept_crossing_is_solid() -> None:
+    """It crosses zero where the cross stands, within its own window; nothing is kept of a pass that ends before."""
+    own = {t["name"]: t for t in drawn("doppler_lines", entry(LINES, 0)) if t["meta"]["role"] == "series"}
+    for j in (1, 2):
+        kept, cross, last = (own[f"{LINES}, {w} {j}"] for w in ("kept line", "crossing of receiver", "line"))
+        assert (kept["line"]["dash"], last["line"]["dash"]) == ("solid", "dash")
+        x, y = (np.asarray(kept[c]).reshape(2, 4)[:, :3] for c in "xy")
+        assert x[np.abs(y) < 1e-9] == pytest.approx(np.asarray(cross["x"]))
+        # Ten seconds long, and the crossing is seen before the window's end.
+        assert x[:, -1] - x[:, 0] == pytest.approx(9.0)
+    early = recording().take(np.arange(12))
+    algorithm = algorithms_by_name()[LINES]
+    found = algorithm.tabulate(early, algorithm.run(early, algorithm.parameters(), LocalContext()))
+    one = Entry("a", 0, LINES, lambda name: found.get(name, Table({})), dict)
+    names = {t["name"] for t in charts("run")["doppler_lines"].draw(RunView(early, (one,)), ChartOptions())["data"]}
+    assert {"a, line 1", "a, line 2"} <= names
+    assert not any("kept" in name or "crossing" in name for name in names)
+
+
+def test_true_azimuths_are_those_of_the_receiver_that_measures() -> None:
+    """What was measured scatters about them by half a degree, in two flights."""
+    traces = {t["meta"]["role"]: t for t in drawn("azimuth", entry(ANGLE, 0))}
+    true, measured = np.asarray(traces["truth"]["y"]), np.asarray(traces["measurement"]["y"])
+    assert np.flatnonzero(np.isnan(true)).tolist() == [31]
+    off = measured - true[np.isfinite(true)]
+    assert off.std() == pytest.approx(0.5, rel=0.3)
+    assert off.mean() == pytest.approx(0, abs=0.25)
+
+
 def test_what_still_lies_ahead_is_hollow() -> None:
     (curve,) = (
         t for t in drawn("crossing", entry(LINES, 0)) if t["meta"]["role"] == "series" and t.get("yaxis", "y") == "y"
