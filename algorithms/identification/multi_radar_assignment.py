@@ -71,11 +71,11 @@ def _looked(
 
 
 def _solved(
-    plots: Plots, look: Look, p: ManyRadarParameters, lane: int, points: list[Points], *, probabilities: bool
+    plots: Plots, look: Look, p: ManyRadarParameters, lane: int, points: list[Points], *, bounds: bool
 ) -> tuple[Packed, Ints, list[Ints]]:
     """The best sets of one trial, their plots as positions in the recording, (T, K), -1 = none, and what was there."""
     looked, there = _looked(points, [plots.usable[rows] for rows in look.rows], lane, p)
-    packed = pack(looked, limit=p.most_candidates, probabilities=probabilities)
+    packed = pack(looked, limit=p.most_candidates, probabilities=True, bounds=bounds)
     marks = np.full(packed.tuples.shape, -1)
     for k, rows in enumerate(look.rows):
         has = packed.tuples[:, k] >= 0
@@ -119,7 +119,7 @@ def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunCon
         found = SetPairs(look, plots.lanes)
         for lane in range(plots.lanes):
             context.check_cancelled()
-            packed, marks, there = _solved(plots, look, parameters, lane, points, probabilities=True)
+            packed, marks, there = _solved(plots, look, parameters, lane, points, bounds=True)
             sequential += not packed.exact
             bounded += bool(packed.bounded.any())
             kept, tied = _accepted(packed, parameters)
@@ -227,19 +227,34 @@ def score(recording: PolarPlots, parameters: MultiRadarParameters, context: RunC
         np.full((len(recording), 3, plots.lanes), np.nan),
     )
     statistic, dof = np.full(groups.shape, np.nan), np.zeros(groups.shape)
-    probabilities = parameters.decision == "posterior"
+    stated, whole = np.full(groups.shape, np.nan), np.zeros(groups.shape)
+    bounds = parameters.decision == "posterior"
     for look in plots.looks:
         points = _points(plots, look, parameters)
         for lane in range(plots.lanes):
             context.check_cancelled()
-            packed, marks, _ = _solved(plots, look, parameters, lane, points, probabilities=probabilities)
+            packed, marks, _ = _solved(plots, look, parameters, lane, points, bounds=bounds)
             accepted, _ = _accepted(packed, parameters)
+            _state(recording, plots, packed, marks, lane, (stated, whole))
             for t in np.flatnonzero(accepted):
                 own = marks[t][marks[t] >= 0]
                 groups[own, lane] = own[0]
                 place[own, :, lane], covariance[own, :, lane] = packed.place[t], packed.covariance[t]
                 statistic[own, lane], dof[own, lane] = packed.statistic[t], DOF * (own.size - 1)
-    return score_groups(recording, plots, groups, place, covariance, statistic, dof)
+    return score_groups(recording, plots, groups, place, covariance, statistic, dof, (stated, whole))
+
+
+def _state(
+    recording: PolarPlots, plots: Plots, packed: Packed, marks: Ints, lane: int, told: tuple[Floats, Floats]
+) -> None:
+    """Note at the first plot of each set, whatever was decided, its probability and whether it is one whole target."""
+    stated, whole = told
+    for t, members in enumerate(marks):
+        own = members[members >= 0]
+        one = recording.target[own[0]]
+        seen = (recording.target == one) & (plots.frame == plots.frame[own[0]]) & plots.usable[:, lane]
+        stated[own[0], lane] = packed.probability[t]
+        whole[own[0], lane] = (recording.target[own] == one).all() and own.size == seen.sum()
 
 
 ALGORITHM = Algorithm(
@@ -262,9 +277,8 @@ ALGORITHM = Algorithm(
         "trials_base",
         "trials_sweep",
         "trials_placement",
-        "trials_statistic",
-        "trials_quantiles",
         "trials_tradeoff",
+        "trials_reliability",
     ),
     references=(Reference("prosov2008"), Reference("barshalom2001", "section 1.4"), Reference("crouse2016")),
     run=run,

@@ -14,7 +14,7 @@ from algorithms.identification.plots import Plots
 from algorithms.identification.scenario import CLUTTER
 from algorithms.identification.scoring import targets_of
 from algorithms.recording import PolarPlots
-from algorithms.scores import Scores, Tally
+from algorithms.scores import Sample, Scores, Tally
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -26,9 +26,20 @@ def _choose_two(n: Floats) -> Floats:
 
 
 def score_groups(
-    recording: PolarPlots, plots: Plots, groups: Ints, place: Floats, covariance: Floats, statistic: Floats, dof: Floats
+    recording: PolarPlots,
+    plots: Plots,
+    groups: Ints,
+    place: Floats,
+    covariance: Floats,
+    statistic: Floats,
+    dof: Floats,
+    told: tuple[Floats, Floats],
 ) -> Scores:
-    """Score groups (M, L), -1 = none, with fused places (M, 2, L), covariances (M, 3, L) and statistics (M, L)."""
+    """Score groups (M, L), -1 = none, with fused places (M, 2, L), covariances (M, 3, L) and statistics (M, L).
+
+    `told`: (M, L) at the first plot of each set its probability and whether it is one whole target, else NaN and 0.
+    Sets that begin with a false plot are not counted; of several that begin with plots of one target the first one is.
+    """
     lanes = plots.lanes
     known = [i for i, name in enumerate(recording.targets) if name not in ("", CLUTTER)]
     rows_of = {
@@ -36,7 +47,22 @@ def score_groups(
         for look in plots.looks
         for t in known
     }
-    names = ("both", "correct", "wrong", "right", "exist", "error", "claim", "nees", "fused", "statistic", "dof")
+    stated, whole_set = told
+    names = (
+        "stated",
+        "stated_right",
+        "both",
+        "correct",
+        "wrong",
+        "right",
+        "exist",
+        "error",
+        "claim",
+        "nees",
+        "fused",
+        "statistic",
+        "dof",
+    )
     count = len(rows_of)
     got = {name: np.zeros((count, lanes)) for name in names}
     time, target = np.empty(count), np.empty(count, np.int64)
@@ -68,7 +94,10 @@ def score_groups(
         xx, yy, xy = (covariance[take[0], k, take[1]] for k in range(3))
         fused = whole & np.isfinite(error[0])
         nees = (yy * error[0] ** 2 - 2 * xy * error[0] * error[1] + xx * error[1] ** 2) / (xx * yy - xy * xy)
+        begins = np.argmax(np.isfinite(stated[rows]), axis=0)
         values = {
+            "stated": stated[rows[begins], np.arange(lanes)],
+            "stated_right": whole_set[rows[begins], np.arange(lanes)],
             "both": both, "correct": whole, "wrong": wrong, "right": right, "exist": _choose_two(n),
             "error": np.where(fused, error[0] ** 2 + error[1] ** 2, 0.0), "claim": np.where(fused, xx + yy, 0.0),
             "nees": np.where(fused, nees, 0.0), "fused": fused,
@@ -96,4 +125,9 @@ def score_groups(
         Tally("claimed_horizontal_m", "m", got["claim"], got["fused"], root=True),
         Tally("nees", "1", got["nees"], DOF * got["fused"], chi_square=True),
     )
-    return Scores(tallies, (), time, target, targets_of(recording) or ("",))
+    known_sets = np.isfinite(got["stated"])
+    samples = (
+        Sample("stated_probability", "1", got["stated"].astype(np.float32)),
+        Sample("stated_right", "1", np.where(known_sets, got["stated_right"], np.nan).astype(np.float32)),
+    )
+    return Scores(tallies, samples, time, target, targets_of(recording) or ("",))

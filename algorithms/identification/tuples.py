@@ -170,8 +170,11 @@ class Looked:
         return found if len(found) <= limit else None
 
 
-def pack(looked: Looked, *, limit: int = MOST_CANDIDATES, probabilities: bool = False) -> Packed:
-    """Find the best set of disjoint tuples, and if asked for the probability of every tuple."""
+def pack(looked: Looked, *, limit: int = MOST_CANDIDATES, probabilities: bool = False, bounds: bool = True) -> Packed:
+    """Find the best set of disjoint tuples, and if asked for the probability of every tuple.
+
+    `bounds` = where plots are too dense to sum over all choices, upper bounds take the place of probabilities.
+    """
     if len(looked.count) == 2 and not probabilities:
         # Two radars are a plain assignment.
         return replace(_sequential(looked), exact=True)
@@ -188,7 +191,7 @@ def pack(looked: Looked, *, limit: int = MOST_CANDIDATES, probabilities: bool = 
     if probabilities:
         listed = packing_probabilities(numbered(looked.count, tuples), scores, int(sum(looked.count)))
         own = listed[np.flatnonzero(worth)[chosen]]
-        bounded = np.isnan(own)
+        bounded = np.isnan(own) & bounds
         own[bounded] = _upper_bounds(looked.count, kept, scores[worth], np.isnan(listed[worth]), chosen[bounded])
     return Packed(best, *looked.evaluate(best), own, bounded, tuples, listed, exact=True)
 

@@ -10,6 +10,8 @@ import pytest
 from algorithms.identification import tuples as tuples_module
 from algorithms.identification.pairs import Points, Side, pair_statistics, points_of
 from algorithms.identification.tuples import Densities, Looked, pack
+from algorithms.registry import algorithms_by_name, scenarios_by_name
+from algorithms.spec import LocalContext
 from algorithms.toolbox.association.assignment import most_likely_matching, pair_scores
 from algorithms.toolbox.association.packings import packing_probabilities
 from tests.unit.identification.test_bad_input import run, simulated
@@ -115,6 +117,24 @@ def test_stated_probabilities_of_sets_are_those_that_come_true() -> None:
         error = 4 * np.sqrt(stated[some].mean() * (1 - stated[some].mean()) / some.sum()) + 0.01
         # Sets of the best choice: those of one look hang together, and a chosen one is a little too sure of itself.
         assert right[some].mean() == pytest.approx(stated[some].mean(), abs=error)
+
+
+def test_trials_keep_what_was_stated_of_sets() -> None:
+    algorithm, preset = algorithms_by_name()["multi_radar_assignment"], scenarios_by_name()["two_radars_cluster"]
+    trials = preset.simulate(preset.parameters(targets=8, looks=10, radars=3), tuple(range(8)), 3)
+    assert algorithm.score is not None
+    kept = []
+    for decision in ("posterior", "most_likely"):
+        scores = algorithm.score(trials, algorithm.parameters(decision=decision), LocalContext())
+        stated, right = (s.values for s in scores.samples)
+        assert stated.shape == right.shape == (80, 8)
+        kept.append(stated)
+        some = np.isfinite(stated)
+        assert some.mean() > 0.95
+        assert right[some].mean() == pytest.approx(stated[some].mean(), abs=0.04)
+        assert right[some & (stated < 0.7)].mean() < 0.8 < right[some & (stated > 0.9)].mean()
+    # What is stated does not hang on what is accepted.
+    np.testing.assert_array_equal(*kept)
 
 
 def test_radar_by_radar_where_there_are_too_many_sets() -> None:
