@@ -67,6 +67,10 @@ function sentence(one) {
         : t("verdict.claim_large", { label: one.label, ratio: formatNumber(1 / one.ratio, 2) });
     case "coverage":
       return t("verdict.coverage", { label: one.label, share: formatShare(one.share), best: one.best, best_share: formatShare(one.bestShare) });
+    case "tracking":
+      return t(one.wrong === null ? "verdict.tracking_of_target" : "verdict.tracking", { label: one.label, share: formatShare(one.share), switches: formatNumber(one.switches), wrong: formatNumber(one.wrong) });
+    case "tracks":
+      return t("verdict.tracks", { label: one.label, count: formatNumber(one.count), share: formatShare(one.share) });
     case "far":
       return t("verdict.far", { label: one.label, share: formatShare(one.share) });
   }

@@ -18,6 +18,8 @@ export const FEWER_ANSWERS = 0.05;
  *   | {kind: "claim", label: string, ratio: number, honest: boolean}
  *   | {kind: "coverage", label: string, share: number, best: string, bestShare: number}
  *   | {kind: "far", label: string, share: number}
+ *   | {kind: "tracking", label: string, share: number, switches: number, wrong: number | null}
+ *   | {kind: "tracks", label: string, count: number, share: number}
  *   | {kind: "other_measure", label: string, value: number, next: number, nextLabel: string}} Sentence
  */
 
@@ -49,7 +51,7 @@ export function verdictOf(summary) {
   const best = actual[0];
   if (!best) {
     const claimed = ranked(summary, "claimed_horizontal_m");
-    return [{ kind: "no_truth", best: claimed[0] ?? null }];
+    return [{ kind: "no_truth", best: claimed[0] ?? null }, ...tracksOf(summary)];
   }
   /** @type {Sentence[]} */
   const sentences = [];
@@ -83,7 +85,24 @@ export function verdictOf(summary) {
   }
   const far = summary.over_5km_share?.[best.label]?.value;
   if (far) sentences.push({ kind: "far", label: best.label, share: far });
-  return sentences;
+  return [...sentences, ...trackingOf(summary)];
+}
+
+/** How steady tracks are, of trackers alone. @param {Summary} summary @returns {Sentence[]} */
+function trackingOf(summary) {
+  return Object.entries(summary.tracked_share ?? {}).flatMap(([label, { value: share }]) => {
+    const switches = summary.switches?.[label]?.value;
+    const known = share !== null && switches !== null && switches !== undefined;
+    return known ? [{ kind: /** @type {const} */ ("tracking"), label, share, switches, wrong: summary.false_tracks?.[label]?.value ?? null }] : [];
+  });
+}
+
+/** Without truth: how many tracks there are, and what share of the plots they took. @param {Summary} summary @returns {Sentence[]} */
+function tracksOf(summary) {
+  return Object.entries(summary.confirmed_tracks ?? {}).flatMap(([label, { value: count }]) => {
+    const share = summary.tracked_plots_share?.[label]?.value ?? null;
+    return count !== null && share !== null ? [{ kind: /** @type {const} */ ("tracks"), label, count, share }] : [];
+  });
 }
 
 /**

@@ -51,3 +51,13 @@ test("lists show the actual error, else the claimed one", () => {
   assert.equal(keyMetric({ claimed_horizontal_m: { a: one(1) } }).metric, "claimed_horizontal_m");
   assert.equal(keyMetric(null), null);
 });
+
+test("of trackers the verdict says how steady their tracks are, and without truth how many there are", () => {
+  const one = (value) => ({ imm: { value, ci95: null, unit: "1" } });
+  const told = verdictOf({ rms_horizontal_m: one(171), tracked_share: one(0.99), switches: one(1), false_tracks: one(2) });
+  assert.deepEqual(told.at(-1), { kind: "tracking", label: "imm", share: 0.99, switches: 1, wrong: 2 });
+  assert.equal(verdictOf({ rms_horizontal_m: one(171), tracked_share: one(0.99), switches: one(1) }).at(-1).wrong, null);
+  const blind = verdictOf({ confirmed_tracks: one(12), tracked_plots_share: one(0.4) });
+  assert.deepEqual(blind.map((sentence) => sentence.kind), ["no_truth", "tracks"]);
+  assert.deepEqual(verdictOf({ rms_horizontal_m: one(171) }).map((sentence) => sentence.kind), ["alone"]);
+});
