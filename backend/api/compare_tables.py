@@ -16,8 +16,12 @@ from backend.db.runs import Entry, Run
 
 # Digits of an id that tell runs of the same name apart.
 ID_DIGITS = 6
-_SMALLER_IS_BETTER = re.compile(r"(rms|median|p\d+|max)_.*|.*_share")
-_LARGER_IS_BETTER = frozenset({"answered_share"})
+# How many plots have a partner, a track or a place in an ellipse is no merit.
+_SMALLER_IS_BETTER = re.compile(
+    r"(rms|median|p\d+|max)_.*|(?!accepted_|tracked_|inner_|middle_|outer_|manoeuvre_)\w+_share"
+    r"|switches|false_tracks|ospa_m|gospa_.+"
+)
+_LARGER_IS_BETTER = frozenset({"answered_share", "tracked_share", "purity", "join_recall", "join_precision"})
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ import { copyText } from "./toast-area.js";
 /** @import { Row } from "../js/tables.js" */
 /** @import { Column, DataTable } from "./data-table.js" */
 
-// Smaller is better for these; more answers and more right ones are better. How many plots have a partner is no merit.
-const SMALLER = /^((rms|median|p\d+|max)_.*|(?!accepted_)\w+_share|probability_wrong|false_rejection)$/;
-const LARGER = new Set(["answered_share", "probability_correct", "assignment_correct", "recall", "precision"]);
+// Smaller is better for these; more answers and more right ones are better. How many plots have a partner, a track or a place in an ellipse is no merit.
+const SMALLER = /^((rms|median|p\d+|max)_.*|(?!accepted_|tracked_|inner_|middle_|outer_|manoeuvre_)\w+_share|probability_wrong|false_rejection|switches|false_tracks|ospa_m|gospa_.+)$/;
+const LARGER = new Set(["answered_share", "tracked_share", "purity", "join_recall", "join_precision", "probability_correct", "assignment_correct", "recall", "precision"]);
 // Tables whose rows are not of targets.
 const WHOLE = new Set(["receivers", "registration", "compared_tracks", "track_events", "gates"]);
 
