@@ -97,7 +97,8 @@ def matched(score: Floats, statistic: Floats, p: DetectionParameters, exact_colu
     if not m:
         return Matched(partner, pairs, np.full((n, lanes), ALONE), np.zeros((n, lanes), np.bool_))
     own = np.where(partner >= 0, np.take_along_axis(pairs, np.maximum(partner, 0)[:, None], axis=1)[:, 0], -1.0)
-    ties = (partner >= 0) & ((np.abs(pairs - own[:, None]) < TIE).sum(axis=1) > 1)
+    # Far outside all gates every probability is 0: that is no tie.
+    ties = (own > TIE) & ((np.abs(pairs - own[:, None]) < TIE).sum(axis=1) > 1)
     sure = (own >= p.p_min) & ~ties if p.decision == "posterior" else np.ones_like(ties)
     decision = np.where(partner < 0, ALONE, np.where(sure, ACCEPTED, UNDECIDED))
     return Matched(partner, pairs, decision, ties, ranked, truncation, min(n, m) > exact_columns)

@@ -91,7 +91,7 @@ def _accepted(packed: Packed, p: ManyRadarParameters) -> tuple[NDArray[np.bool_]
     """Whether each set is accepted, and whether another one of its plots is exactly as probable."""
     own, listed = packed.probability, packed.listed_probability
     tied = np.zeros(own.size, np.bool_)
-    for t in np.flatnonzero(np.isfinite(own) & ~packed.bounded):
+    for t in np.flatnonzero((own > TIE) & ~packed.bounded):
         rivals = ((packed.listed == packed.tuples[t]) & (packed.listed >= 0)).any(axis=1)
         tied[t] = (np.abs(listed[rivals] - own[t]) < TIE).sum() > 1
     if p.decision == "most_likely":

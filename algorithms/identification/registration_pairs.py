@@ -25,6 +25,8 @@ from algorithms.toolbox.frames.polar_conversion import wrapped
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Of one radar: linking so many takes five seconds; of more only those with a target's name have a track.
+MOST_LINKED = 40_000
 MAX_SPEED_MPS = 1000.0
 """Plots without a target's name are joined to tracks below this speed."""
 
@@ -127,13 +129,10 @@ def lines_of_plots(recording: PolarPlots, plots: Plots, radar: int) -> Lines:
     """Straight flights of one radar's targets from its own plots; NaN for other radars and where there is none."""
     where = placed(plots)
     looks = [look.rows[radar][plots.usable[look.rows[radar], 0]] for look in plots.looks]
-    rows = np.concatenate(looks) if looks else np.empty(0, np.int64)
-    if rows.size > MOST_POSITIONS:
-        return lines([], recording.time_s, where.place, where.covariance)
-    tracks = joined_tracks(
-        looks, np.where(plots.usable[:, 0] & (plots.radar == radar), target_numbers(recording), -1),
-        recording.time_s, where.place, where.covariance, MAX_SPEED_MPS,
-    )  # fmt: skip
+    named = np.where(plots.usable[:, 0] & (plots.radar == radar), target_numbers(recording), -1)
+    if sum(int((named[rows] < 0).sum()) for rows in looks) > MOST_LINKED:
+        looks = []
+    tracks = joined_tracks(looks, named, recording.time_s, where.place, where.covariance, MAX_SPEED_MPS)
     return lines(tracks, recording.time_s, where.place, where.covariance)
 
 

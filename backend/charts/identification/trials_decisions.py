@@ -37,12 +37,16 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     values: dict[str, list[float]] = {metric: [] for metric, *_ in PARTS}
     intervals: list[tuple[float, float]] = []
     targets = sorted({t for e in view.entries for t in e.table("metrics").columns.get("target", ()) if t})
+    bars = sum(rows_of(e.table("metrics"), "probability_correct", t).size for e in view.entries for t in targets)
+    if not 0 < len(targets) <= 2 or bars > MOST_BARS:
+        # Of many targets, or of many swept values, only all targets together.
+        targets = [""]
     one_look = len(view.recording) > 0 and np.ptp(view.recording.time_s) == 0
     for entry in view.entries:
         table = entry.table("metrics")
         # The paper's numbers are of its test on single plots.
         beside = one_look and entry.algorithm == "pairwise_test"
-        for target in targets if 0 < len(targets) <= 2 else [""]:
+        for target in targets:
             correct = rows_of(table, "probability_correct", target)
             swept = swept_names(table)
             for i in correct.tolist():

@@ -91,7 +91,7 @@ def ticks_of(name: str, x: np.ndarray, view: RunView) -> dict[str, Any]:
         reach = _range_over_error(view)
         if reach is not None:
             text = [f"{v:g}<br>κ {reach * np.radians(v) ** 2:.2g}" for v in x]
-    wide = bool((x > 0).all()) and x.size > 1 and x.max() / x.min() >= 10
+    wide = bool((x > 0).all()) and x.size > 1 and x.max() / x.min() >= 5
     return {"tickmode": "array", "tickvals": x, "ticktext": text, "type": "log" if wide else "linear"}
 
 

@@ -156,6 +156,16 @@ def test_identical_plots_are_a_tie() -> None:
     assert "exact_ties" in notes(result)
 
 
+def test_what_is_outside_all_gates_is_no_tie() -> None:
+    """Of a look that is split into groups, pairs no gate joins have probability 0, all of them exactly."""
+    plots = simulated(targets=20, looks=1, region_side_m=200_000)
+    far = plots.azimuth_rad.copy()
+    far[plots.radar == 1] += np.radians(40.0)
+    result = run(replace(plots, azimuth_rad=np.mod(far, 2 * np.pi)))
+    assert "exact_ties" not in notes(result)
+    assert not (result.arrays["reason"] == TIED).any()
+
+
 def test_radars_at_one_place() -> None:
     assert notes(run(simulated(**CLUSTER, base_m=0.0))) <= {"geometry_cannot_separate"}
 
