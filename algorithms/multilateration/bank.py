@@ -4,6 +4,8 @@ A model's state has ten components, [x vx ax  y vy ay  z vz az  b]: b is what th
 geometric height, first-order Gauss-Markov. The models interact (blom1988): before each mark every model starts from a
 mixture of both, afterwards both are merged by their moments into the estimate that is shown.
 
+Nothing is fused here (`strict`), so that no last digit can hang on a lane's place in the block.
+
 References
 ----------
 blom1988; barshalom2001, sec. 11.6.6; specification 6.2, 6.5.
@@ -18,7 +20,7 @@ from numpy.typing import NDArray
 
 from algorithms.multilateration.conditions import Conditions
 from algorithms.toolbox.frames.earth import height_and_up
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, strict
 from algorithms.toolbox.motion.jerk import predict_jerk
 
 Floats = NDArray[np.float64]
@@ -139,7 +141,7 @@ def new_bank(stations: int) -> Bank:
     )
 
 
-@kernel
+@strict
 def take_over(lane, setup, choice, track, bank, altitude, has_altitude):
     """Give both models the lane's track.
 
@@ -175,7 +177,7 @@ def take_over(lane, setup, choice, track, bank, altitude, has_altitude):
     bank.on[lane] = 1
 
 
-@kernel
+@strict
 def predict_bank(choice, bank):
     """Mix and predict both models over `bank.t`; a lane with t = 0 keeps what it has."""
     x0 = bank.x[0].reshape(STATES * LANES)
@@ -220,7 +222,7 @@ def predict_bank(choice, bank):
     predict_jerk(bank.x[1, :9], bank.p[1, :45], bank.t, choice.sigma_jerk, choice.noise_form)
 
 
-@kernel
+@strict
 def _stand_still(bank):
     """Take the acceleration out of the constant-velocity model where time passes."""
     x = bank.x[0]
@@ -233,7 +235,7 @@ def _stand_still(bank):
             p[k, lane] = 0.0 if bank.t[lane] > 0.0 else p[k, lane]
 
 
-@kernel
+@strict
 def _disturb(choice, bank):
     """Process noise of the constant-velocity model: an acceleration held over the interval, anew in each."""
     p = bank.p[0]
@@ -251,7 +253,7 @@ def _disturb(choice, bank):
             p[r2 + 2, lane] += STILL_VARIANCE if t > 0.0 else 0.0
 
 
-@kernel
+@strict
 def _predict_bias(choice, x, p, times):
     """Let the bias fade and its row follow the motion; before the motion is predicted, as both are linear."""
     for lane in range(LANES):
@@ -266,7 +268,7 @@ def _predict_bias(choice, x, p, times):
         p[54, lane] = fade * fade * p[54, lane] + (1.0 - fade * fade) * choice.bias_variance
 
 
-@kernel
+@strict
 def merge_bank(bank, x, p):
     """Merge both models by their moments into the tracks x (9, LANES), p (45, LANES) of the bank's lanes."""
     x0 = bank.x[0]

@@ -32,14 +32,14 @@ from algorithms.multilateration.reporting import (
     write_scores,
     write_state,
 )
-from algorithms.toolbox.kernels import LANES, kernel
+from algorithms.toolbox.kernels import LANES, strict
 from algorithms.toolbox.kernels.unrolled import update_rows_4, update_rows_10
 from algorithms.toolbox.motion.jerk import predict_jerk
 from algorithms.toolbox.sensors.altitude import altitude_row
 from algorithms.toolbox.sensors.time_of_arrival import contrast_rows
 
 
-@kernel
+@strict
 def filter_marks_by_models(marks, setup, choice, track, bank, now, rows, report, first, stop):
     """Run marks first <= k < stop of every lane through both models.
 
@@ -124,10 +124,11 @@ def filter_marks_by_models(marks, setup, choice, track, bank, now, rows, report,
             _write_models(k, lanes, bank, now, report)
 
 
-@kernel
+@strict
 def _measure_alone(lanes, rivals, setup, track, now, go, rows):
-    """Update the lanes that the bank does not have yet, as the single filter does."""
+    """Update the lanes that the bank does not have yet, as the single filter does; the others find all as it was."""
     keep = now.go.copy()
+    at = now.at.copy()
     for lane in range(LANES):
         now.go[lane] = go[lane]
     for which in range(2 if rivals > 0 else 1):
@@ -138,9 +139,11 @@ def _measure_alone(lanes, rivals, setup, track, now, go, rows):
         settle_rivals(lanes, track, now)
     for lane in range(LANES):
         now.go[lane] = keep[lane]
+        for a in range(3):
+            now.at[a, lane] = at[a, lane]
 
 
-@kernel
+@strict
 def _build(m, setup, choice, now, bank, rows):
     """Rows of the mark for model m at `bank.at`."""
     n = setup.stations.shape[0]
@@ -159,7 +162,7 @@ def _build(m, setup, choice, now, bank, rows):
             bank.active[m, r, lane] *= bank.go[lane]
 
 
-@kernel
+@strict
 def _learn(m, setup, choice, now, bank, rows, again):
     """NIS of the mark for model m, from an update of position and bias alone; linearise again where asked."""
     places = (0, 3, 6, 9)
@@ -186,7 +189,7 @@ def _learn(m, setup, choice, now, bank, rows, again):
                     bank.at[m, a, lane] = bank.small_x[a, lane] if moves else bank.at[m, a, lane]
 
 
-@kernel
+@strict
 def _measure_bank(lanes, setup, choice, track, bank, now, rows):
     """Update both models with the mark, and their weights."""
     n_rows = bank.nu.shape[1]
@@ -244,7 +247,7 @@ def _measure_bank(lanes, setup, choice, track, bank, now, rows):
             now.nis[lane] = (1.0 - w) * bank.nis[0, lane] + w * bank.nis[1, lane]
 
 
-@kernel
+@strict
 def _settle(lanes, setup, choice, track, bank, now):
     """Say what was left out; take over the tracks that the bank can carry; let go of the others."""
     for lane in range(lanes):
@@ -256,7 +259,7 @@ def _settle(lanes, setup, choice, track, bank, now):
             take_over(lane, setup, choice, track, bank, now.altitude[lane], now.has_altitude[lane] > 0.0)
 
 
-@kernel
+@strict
 def _write_models(k, lanes, bank, now, report):
     """Weights of the models, the bias and its standard deviation."""
     for lane in range(lanes):

@@ -9,13 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.toolbox.frames.earth import height_and_up
-from algorithms.toolbox.kernels import kernel
+from algorithms.toolbox.kernels import strict
 
 # Receptions that must be left for a reception to be left out.
 FEWEST = 3
 
 
-@kernel
+@strict
 def _nis_without(lane, m, skip, setup, choice, now, bank, rows, s):
     """NIS of a lane's mark for model m without station `skip` (-1: without the altitude, -2: with all).
 
@@ -97,7 +97,7 @@ def _nis_without(lane, m, skip, setup, choice, now, bank, rows, s):
     return rr - (re * re / ee if ee > 0.0 else 0.0), dof
 
 
-@kernel
+@strict
 def leave_one_out(lane, setup, choice, now, bank):
     """Take out of a lane's mark the part without which it passes best; False where no part alone is to blame."""
     n = setup.stations.shape[0]

@@ -6,7 +6,8 @@ geometric height is estimated: near the stations, where receptions alone tell th
 A mark that fits neither model is tried without each of its receptions and without its altitude; where no single one
 is to blame its noise is scaled up. Tracks start, restart and end as those of `rdfv` in its robust profile.
 
-Differences from the specification (6.2, 6.4, 6.5): the model of straight flight forgets its acceleration where time
+Differences from the paper: it has one model of motion, takes the altitude's error for white, and knows no gate
+(chugunov2023). From the specification (6.2, 6.4, 6.5): the model of straight flight forgets its acceleration where time
 passes only (two marks at one instant are one). At the start height and bias are correlated as the first altitude makes
 them (`bank.take_over`). Weights lie between 1e-6 and 1 - 1e-6.
 """
