@@ -18,7 +18,8 @@ import numpy as np
 
 from algorithms.plot_tracking import curvature_tracker, imm_tracker
 from algorithms.plot_tracking.imm_filter import Motion
-from algorithms.plot_tracking.imm_scan import Clutter, Identity, Rules, advance, gate_radius
+from algorithms.plot_tracking.imm_rules import Clutter, Identity, Rules, gate_radius
+from algorithms.plot_tracking.imm_scan import advance
 from algorithms.plot_tracking.imm_tracks import ImmTracks
 from algorithms.plot_tracking.parameters import CurvatureParameters, ImmParameters
 from algorithms.plot_tracking.plots import Scan

@@ -22,17 +22,8 @@ from numpy.typing import NDArray
 from algorithms.plot_tracking import outputs
 from algorithms.plot_tracking.history import Estimates, History, Ints
 from algorithms.plot_tracking.imm_filter import Motion, predicted
-from algorithms.plot_tracking.imm_scan import (
-    Clutter,
-    Identity,
-    Rules,
-    Taken,
-    advance,
-    gate_radius,
-    limits_of,
-    plot_covariances,
-    twins,
-)
+from algorithms.plot_tracking.imm_rules import Clutter, Identity, Rules, Taken, gate_radius
+from algorithms.plot_tracking.imm_scan import advance, limits_of, plot_covariances, twins
 from algorithms.plot_tracking.imm_tracks import ImmTracks
 from algorithms.plot_tracking.joined import joining_of
 from algorithms.plot_tracking.measures import measure
