@@ -60,6 +60,18 @@ class Choice(NamedTuple):
     """(S + 2,) NIS that a good mark with so many degrees of freedom exceeds with one minus the gate's probability"""
 
 
+def straight_noise(t: Floats, sigma_acceleration: float) -> Floats:
+    """(L, 9, 9): process noise of the straight flight over intervals t (L,) s, as `predict_bank` adds it."""
+    q1 = np.zeros((t.size, 3, 3))
+    g = np.stack([0.5 * t * t, t], axis=1) * sigma_acceleration
+    q1[:, :2, :2] = g[:, :, None] * g[:, None, :]
+    q1[:, 2, 2] = STILL_VARIANCE
+    out = np.zeros((t.size, 9, 9))
+    for a in range(0, 9, 3):
+        out[:, a : a + 3, a : a + 3] = q1
+    return out
+
+
 def with_altitude_noise(choice: Choice, conditions: Conditions) -> Choice:
     """Complete what the models need with the noise of the altitude."""
     return choice._replace(altitude_variance=conditions.sigma_altitude_m**2)

@@ -90,6 +90,16 @@ class MlatImmParameters(StartParameters, AltitudeParameters):
         50.0, title="Manoeuvre lasts", unit="s", symbol="τ_CA", group="motion", advanced=True, gt=0, le=1e6
     )
     """Mean time of a manoeuvre."""
+    smoothing: Literal["none", "fixed_interval"] = parameter(
+        "none",
+        title="Smoothing",
+        group="motion",
+        choices={
+            "none": "estimate after each mark, from the marks up to it",
+            "fixed_interval": "estimate from all marks of the track, for work after the flight",
+        },
+    )
+    """Whether the whole track is smoothed afterwards (Rauch-Tung-Striebel)."""
 
 
 _SHARED = set(FilterWithAltitudeParameters.model_fields) & set(MlatImmParameters.model_fields)
@@ -129,7 +139,7 @@ def run(recording: ToaMarks, parameters: MlatImmParameters, context: RunContext)
         altitude=parameters.altitude != "none",
         models=choice_of(parameters, len(recording.stations)),
     )
-    single = {"profile", "smoothing"}
+    single = {"profile"}
     settings = {name: value for name, value in result.settings.items() if name not in single}
     for name in type(parameters).model_fields:
         if name not in settings and name not in ("start", "sigma_altitude_m", "earth"):

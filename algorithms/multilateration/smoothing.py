@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from algorithms.errors import ParameterError
 from algorithms.multilateration import lanes
+from algorithms.multilateration.bank import Choice, straight_noise
 from algorithms.multilateration.lanes import Report
 from algorithms.multilateration.parameters import FilterParameters
 from algorithms.recording import ToaMarks
@@ -22,6 +23,7 @@ from algorithms.toolbox.kernels.symmetric import pack, unpack
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE, jerk_matrices
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 # The covariances of all marks stand in memory twice, 0.65 kB each.
 MOST_MARKS = 300_000
@@ -45,13 +47,16 @@ def check_size(recording: ToaMarks) -> None:
         )
 
 
-def smooth_report(recording: ToaMarks, report: Report, parameters: FilterParameters, process_noise: str) -> None:
-    """Replace states and covariances of a report, which must hold whole covariances, by the smoothed ones."""
+def smooth_report(
+    recording: ToaMarks, report: Report, parameters: FilterParameters, process_noise: str, models: Choice | None
+) -> None:
+    """Replace states and covariances of a report, which must hold whole covariances, by the smoothed ones.
+
+    Where two models interact, what is smoothed is their merged estimate, with the process noise of each in the share
+    that the model has after the later mark. The textbook's smoother of interacting models goes back through every pair
+    of models, of which the straight one's covariance has next to no inverse; this one is tested by its errors.
+    """
     form = PROCESS_NOISE.index(process_noise)
-
-    def model(t: Floats) -> tuple[Floats, Floats]:
-        return jerk_matrices(t, parameters.sigma_jerk_mps3, form)
-
     for rows in recording.rows_by_target():
         if rows.size < 2:
             continue
@@ -61,6 +66,16 @@ def smooth_report(recording: ToaMarks, report: Report, parameters: FilterParamet
         time = np.where(there, report.time[rows], np.nan)
         track = report.track[rows]
         linked = _linked(track, report.status[rows], there)
+        weight = report.probability[rows, 1] if models is not None else None
+
+        def model(t: Floats, later: Ints, trials: Ints, weight: Floats | None = weight) -> tuple[Floats, Floats]:
+            f, q = jerk_matrices(t, parameters.sigma_jerk_mps3, form)
+            if models is None or weight is None:
+                return f, q
+            # Where no model carried the track yet, the single filter did, whose noise is the manoeuvre's.
+            w = np.nan_to_num(weight[later, trials], nan=1.0)[:, None, None]
+            return f, w * q + (1.0 - w) * straight_noise(t, models.sigma_acceleration)
+
         x, p = smooth(time, state, covariance, linked, model)
         report.state[rows] = np.moveaxis(x, 1, 2)
         report.covariance[rows] = np.moveaxis(pack(np.moveaxis(p, (2, 3), (0, 1))), 0, 1)

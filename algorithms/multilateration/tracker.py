@@ -128,7 +128,7 @@ def _filtered(
         check_size(recording)
     spare = (lean or keeps_position_alone(recording)) and not is_smoothed
     kept: Literal["state", "position"] = "position" if spare else "state"
-    with_models = models is not None and not lean
+    with_models = models is not None and (not lean or is_smoothed)
     whole = lanes.new_report(len(recording), stations, trials, covariance=kept, receptions=not lean, models=with_models)
     highest = np.zeros((len(recording.targets), trials), np.int64)
     now, work = lanes.new_now(stations), lanes.new_rows(stations)
@@ -151,7 +151,7 @@ def _filtered(
             done += block.put(whole, report, highest, k, stop)
             context.progress(done / total)
     if is_smoothed:
-        smooth_report(recording, whole, parameters, _process_noise(parameters))
+        smooth_report(recording, whole, parameters, _process_noise(parameters), models)
     # Every target counts its tracks from one; in the recording they go on from target to target.
     before = np.cumsum(highest, axis=0) - highest
     whole.track[:] = np.where(whole.track > 0, whole.track + before[recording.target], 0)

@@ -117,3 +117,17 @@ def test_incomplete_marks_of_table_8_2() -> None:
     assert (~np.isfinite(own) & began).any(axis=0).mean() <= 0.05
     # In the first seconds two positions may explain the marks; the likelier is shown as `ambiguous`.
     assert (own[time > 30] > 5000).any(axis=0).mean() <= 0.02
+
+
+def test_smoothed_it_beats_one_smoothed_model_where_flight_is_straight(circuit: ToaMarks) -> None:
+    """Rows RTS of table 8.3, same altitude: 62, 45, 24, 62, 286 m; in a turn for minutes one model is better."""
+    recording = replace(circuit, toa_s=circuit.toa_s[:, :, :32], altitude_m=circuit.altitude_m[:, :32])
+    parameters = MlatImmParameters(start=START, altitude="white", smoothing="fixed_interval")
+    arrays = mlat_imm.run(recording, parameters, LocalContext(5)).arrays
+    e2 = ((arrays["state"][:, [0, 3]] - recording.truth_m[:, :2, None]) ** 2).sum(axis=1)
+    claimed2 = arrays["covariance"][:, 0] + arrays["covariance"][:, 9 if arrays["covariance"].shape[1] == 45 else 2]
+    for leg, most in {"inbound": 57, "weave": 36, "orbit": 42, "out_near": 41, "out_far": 200}.items():
+        a, b = LEGS[leg]
+        rms_m, claim_m = np.sqrt(e2[a:b].mean()), np.sqrt(claimed2[a:b].mean())
+        assert rms_m < most, leg
+        assert 0.7 < rms_m / claim_m < 1.3, leg

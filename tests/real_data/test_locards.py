@@ -70,10 +70,14 @@ def test_rdfv_follows_eleven_aircraft_over_gaps_of_a_minute(recording: ToaMarks,
     assert np.nanmax(ours) <= 1.5 * np.nanmax(theirs)
 
 
-def test_smoothed_rdfv_beats_single_marks(recording: ToaMarks, fixes: np.ndarray) -> None:
+@pytest.mark.parametrize("name", ["rdfv", "mlat_imm"])
+def test_smoothed_tracks_beat_single_marks(recording: ToaMarks, fixes: np.ndarray, name: str) -> None:
     """Pooled over the aircraft with at least eight messages: 5 % better at the median and at 90 %."""
-    parameters = rdfv.RdfvParameters(smoothing="fixed_interval")
-    smoothed = horizontal(recording, rdfv.run(recording, parameters, LocalContext()))
+    if name == "rdfv":
+        one = rdfv.run(recording, rdfv.RdfvParameters(smoothing="fixed_interval"), LocalContext())
+    else:
+        one = mlat_imm.run(recording, mlat_imm.MlatImmParameters(smoothing="fixed_interval"), LocalContext())
+    smoothed = horizontal(recording, one)
     rows = [recording.rows_of(t) for t in range(len(recording.targets))]
     pooled = np.concatenate([r for r in rows if r.size >= 8])
     ours, theirs = smoothed[pooled], fixes[pooled]

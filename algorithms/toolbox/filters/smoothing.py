@@ -28,11 +28,12 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
 
 JUMP_SIGMA = 8.0
 
-# Of the elapsed times (L,): F (L, n, n) and Q (L, n, n).
-Model = Callable[[Floats], tuple[Floats, Floats]]
+# Of the elapsed times (L,), and of the later estimates' places, marks (L,) and trials (L,): F and Q (L, n, n).
+Model = Callable[[Floats, Ints, Ints], tuple[Floats, Floats]]
 
 
 def smooth(time_s: Floats, state: Floats, covariance: Floats, linked: Bools, model: Model) -> tuple[Floats, Floats]:
@@ -44,7 +45,7 @@ def smooth(time_s: Floats, state: Floats, covariance: Floats, linked: Bools, mod
     state : (M, L, n) after each mark.
     covariance : (M, L, n, n)
     linked : (M, L) whether the estimate of a mark was predicted from the last one before it that exists.
-    model : F and Q over given intervals.
+    model : F and Q over given intervals, up to given estimates.
 
     Returns
     -------
@@ -59,12 +60,13 @@ def smooth(time_s: Floats, state: Floats, covariance: Floats, linked: Bools, mod
     x_after = np.zeros((trials, n))
     t_next = np.full(trials, np.nan)
     is_next_linked = np.zeros(trials, bool)
+    following = np.zeros(trials, np.int64)
     for k in range(marks - 1, -1, -1):
         there = np.isfinite(time_s[k])
         lanes = np.flatnonzero(there & is_next_linked & np.isfinite(t_next))
         if lanes.size:
             x, p = state[k, lanes], covariance[k, lanes]
-            f, q = model(t_next[lanes] - time_s[k, lanes])
+            f, q = model(t_next[lanes] - time_s[k, lanes], following[lanes], lanes)
             x_predicted = np.einsum("lij,lj->li", f, x)
             fp = f @ p
             predicted = fp @ np.swapaxes(f, -1, -2) + q
@@ -77,7 +79,7 @@ def smooth(time_s: Floats, state: Floats, covariance: Floats, linked: Bools, mod
         now = np.flatnonzero(there)
         x_after[now] = state[k, now]
         x_next[now], p_next[now], t_next[now] = x_out[k, now], p_out[k, now], time_s[k, now]
-        is_next_linked[now] = linked[k, now]
+        is_next_linked[now], following[now] = linked[k, now], k
     return x_out, p_out
 
 

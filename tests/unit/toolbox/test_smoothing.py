@@ -12,7 +12,7 @@ Floats = np.ndarray[Any, np.dtype[np.float64]]
 R = 25.0
 
 
-def model(t: Floats) -> tuple[Floats, Floats]:
+def model(t: Floats, *_: object) -> tuple[Floats, Floats]:
     """A constant velocity disturbed by white acceleration."""
     f, q = np.zeros((t.size, 2, 2)), np.zeros((t.size, 2, 2))
     f[:, 0, 0] = f[:, 1, 1] = 1.0
