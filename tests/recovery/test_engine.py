@@ -149,8 +149,8 @@ def test_a_queued_run_is_cancelled_without_a_worker(house: House) -> None:
 def test_a_worker_that_hangs_is_restarted(house: House, tmp_path: Path) -> None:
     marker = tmp_path / "starts"
     run_id = house.queue({"behaviour": "hang", "seconds": 300, "marker": str(marker)})
-    wait_for(marker.exists, "the algorithm runs")
-    pid = int(marker.read_text())
+    # The file is there before what is written into it.
+    pid = int(wait_for(lambda: marker.exists() and marker.read_text(), "the algorithm runs"))
     house.engine.cancel(run_id)
     wait_for(lambda: not psutil.pid_exists(pid), "the hanging worker is gone", 15)
     wait_for(lambda: house.engine.status().workers == 2, "both workers are back", 20)
