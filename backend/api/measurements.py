@@ -73,7 +73,7 @@ def of_run(services: Services, run: stored.Run, partial: PartialRun | None = Non
     """Return what a run worked on; `partial` is given where its trials still run."""
     if "recording_id" in run.source:
         return of_recording(services, uploads.ready(services, str(run.source["recording_id"])))
-    own = _in_result(services, run) if partial is None else partial.first_trial()
+    own = _in_result(services, run) if partial is None else partial.first
     meta = json.loads(bytes(own["meta"]).decode())
     if is_joined(run.source):
         origin = json.dumps(run.source["recording_ids"])

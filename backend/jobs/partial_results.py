@@ -18,7 +18,6 @@ from algorithms.result import Table
 from algorithms.toolbox.monte_carlo.running import Running
 from backend.db import outcomes, runs
 from backend.db.engine import Database
-from backend.errors import StateError
 from backend.files.store import Store
 from backend.jobs import results, trial_results
 from backend.jobs.gathering import bounds_in, sums_in
@@ -36,7 +35,8 @@ class PartialRun:
     statistics: dict[int, Running] = field(default_factory=dict)
     bounds: dict[tuple[int, int], NDArray[Any]] = field(default_factory=dict)
     added: set[int] = field(default_factory=set)
-    first: Mapping[str, NDArray[Any]] | None = None
+    first: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    """Arrays of the recording of the first trial, in which charts find the truth."""
     lock: threading.Lock = field(default_factory=threading.Lock)
 
     @property
@@ -53,32 +53,19 @@ class PartialRun:
             found = {t.name: t for t in trial_results.small_tables(self.plan, self.statistics, metrics)}
         return results.table_of_stored(found[name]) if name in found else None
 
-    def first_trial(self) -> Mapping[str, NDArray[Any]]:
-        """Arrays of the recording of the first trial.
-
-        Raises
-        ------
-        StateError
-            Its block is not finished yet.
-        """
-        if self.first is None:
-            raise StateError(
-                "The first trials are not finished yet.", remedy="Look again in a second.", code="no_result"
-            )
-        return self.first
-
 
 _kept: OrderedDict[str, PartialRun] = OrderedDict()
 _guard = threading.Lock()
 
 
 def partial_run(database: Database, store: Store, run: runs.Run) -> PartialRun | None:
-    """Return the statistics of a running Monte Carlo run; None where nothing is finished, or it is none."""
+    """Return the statistics of a running Monte Carlo run; None where its first block is not finished, or it is none."""
     if run.is_final or "scenario" not in run.source:
         return None
     with database.read() as connection:
         blobs = outcomes.finished_blocks(connection, run.id)
-    if not blobs:
+    # Another block may be there before it; without the first trial no chart knows the truth.
+    if 0 not in blobs:
         return None
     with _guard:
         kept = _kept.pop(run.id, None)

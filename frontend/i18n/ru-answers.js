@@ -103,8 +103,6 @@ export default {
   "There are {1}; the others come with the end of the run.": "Есть {1}; остальные появятся по окончании расчёта.",
   "There is no target {1} here; {2}": "Цели {1} здесь нет; {2}",
   "{1} of {2} {3} are finished already": "окончено {1} из {2}",
-  "The first trials are not finished yet.": "Первые реализации ещё не окончены.",
-  "Look again in a second.": "Посмотрите через секунду.",
   "The study {1} did not find a number that it judges by: {2}": "Исследование {1} не нашло числа, по которому судит: {2}",
   "Run it with more trials; two are the least.": "Возьмите больше реализаций; нужно не менее двух.",
   "This worker knows no {1} {2}.": "Исполнитель не знает {2}.",

@@ -18,7 +18,7 @@ _READ = """(panel) => {
     traces: gd._fullData.map((t) => ({
       name: t.name, type: t.type, visible: t.visible !== false, points: length(t),
       role: t.meta?.role, label: t.meta?.label, rows: t.customdata ? Array.from(t.customdata, Number) : [],
-      color: t.line?.color ?? t.marker?.color,
+      color: t.line?.color ?? t.marker?.color ?? t.meta?.dot?.colour,
     })),
     x_title: full.xaxis.title.text, y_title: full.yaxis.title.text,
     x_range: full.xaxis.range, y_range: full.yaxis.range, x_length: full.xaxis._length, y_length: full.yaxis._length,
