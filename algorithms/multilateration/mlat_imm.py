@@ -54,8 +54,9 @@ class MlatImmParameters(StartParameters, AltitudeParameters):
     sigma_altitude_bias_m: float = parameter(
         100.0, title="Altitude bias", unit="m", symbol="σ_b", group="measurement", gt=0, le=1e5
     )
-    """Standard deviation of the difference between decoded altitude and geometric height, with `bias_state`. Pressure
-    altitude differs from the geometric height by 50-300 m; a bias three times larger than said is still followed."""
+    """Standard deviation of the difference between decoded altitude and geometric height, where it is estimated.
+    Pressure altitude differs from the geometric height by 50-300 m; a bias three times larger than said is still
+    followed."""
     altitude_bias_time_s: float = parameter(
         3000.0, title="Time of the bias", unit="s", group="measurement", advanced=True, gt=0, le=1e6
     )

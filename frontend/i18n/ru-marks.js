@@ -13,7 +13,7 @@ export const words = {
   "What is done with the decoded altitude.": "Что делать с принятой высотой.",
   "used; its slowly changing difference from the geometric height is estimated": "берётся; её медленно меняющееся отличие от геометрической высоты оценивается",
   "used; its errors are taken for independent from mark to mark": "берётся; её ошибки считаются независимыми от отметки к отметке",
-  "Standard deviation of the difference between decoded altitude and geometric height, with `bias_state`. Pressure altitude differs from the geometric height by 50-300 m; a bias three times larger than said is still followed.": "СКО разности принятой и геометрической высоты при `bias_state`. Барометрическая высота отличается от геометрической на 50–300 м; фильтр справляется и со смещением, втрое большим заданного.",
+  "Standard deviation of the difference between decoded altitude and geometric height, where it is estimated. Pressure altitude differs from the geometric height by 50-300 m; a bias three times larger than said is still followed.": "СКО разности принятой и геометрической высоты, если она оценивается. Барометрическая высота отличается от геометрической на 50–300 м; фильтр справляется и со смещением, втрое большим заданного.",
   "Time of the bias": "Время смещения",
   "Time in which the bias is forgotten to 1/e.": "Время, за которое смещение забывается в e раз.",
   "Share of good marks that pass the gate.": "Доля исправных отметок, проходящих строб.",

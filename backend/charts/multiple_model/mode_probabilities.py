@@ -53,17 +53,19 @@ def _areas(entry: Entry, suffix: str, panel: int) -> list[Trace]:
     names = list(dict.fromkeys(models.tolist()))
     time = np.asarray(table.columns["time_s"], float)
     probability = np.asarray(table.columns["probability"], float)
+    track = np.asarray(table.columns.get("track", np.ones(time.size)), float)
+    at = np.unique(time)
+    at = at[:: max(1, at.size // POINTS)]
     out = []
     for m, name in enumerate(names):
         rows = np.flatnonzero(models == name)
-        at, shares = _over_tracks(time[rows], probability[rows])
-        every = slice(None, None, max(1, at.size // POINTS))
+        shares = _over_tracks(at, time[rows], probability[rows], track[rows])
         color = theme.series_color(m)
         out.append(
             trace(
                 "series",
-                at[every],
-                shares[every].astype(np.float32),
+                at,
+                shares.astype(np.float32),
                 entry=entry,
                 name=f"{entry.label}, {name}",
                 mode="lines",
@@ -83,10 +85,18 @@ def _tracks(entry: Entry) -> int:
     return 1 if track is None else int(np.unique(np.asarray(track, float)).size)
 
 
-def _over_tracks(time: Floats, probability: Floats) -> tuple[Floats, Floats]:
-    """Instants once each, with the mean over the tracks that have an estimate then."""
-    at, index = np.unique(time, return_inverse=True)
-    return at, np.bincount(index.ravel(), weights=probability) / np.bincount(index.ravel())
+def _over_tracks(at: Floats, time: Floats, probability: Floats, track: Floats) -> Floats:
+    """Mean over the tracks that live at these instants; each keeps what it had at its last estimate."""
+    total, alive = np.zeros(at.size), np.zeros(at.size)
+    for number in np.unique(track):
+        own = np.flatnonzero(track == number)
+        own = own[np.argsort(time[own], kind="stable")]
+        place = np.searchsorted(time[own], at, side="right") - 1
+        there = (place >= 0) & (at <= time[own[-1]])
+        total[there] += probability[own[place[there]]]
+        alive += there
+    mean: Floats = np.divide(total, alive, out=np.full(at.size, np.nan), where=alive > 0)
+    return mean
 
 
 CHART = Chart(
