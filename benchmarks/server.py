@@ -38,6 +38,7 @@ ALGORITHMS = ("single_mark", "rdf", "rdfv")
 TAGS = ("may", "june", "site B", "calibration", "report")
 # Runs per transaction while they are made.
 BATCH = 500
+SETTLING_S = 15
 CIRCUIT_MARKS = 1900
 
 
@@ -303,6 +304,8 @@ def main() -> None:
             store_runs(folder / "lists", options.runs)
             with serving(folder / "lists") as server, server.client() as api:
                 print(f"{options.runs} stored runs")
+                # Just started it imports the charts besides; people work with one that has done so.
+                time.sleep(SETTLING_S)
                 time_lists(api, options.repeats)
                 if not options.no_browser:
                     with chromium(server.url) as page:
