@@ -20,10 +20,11 @@ import numpy as np
 from scipy.stats import chi2
 
 from algorithms.multilateration.bank import Choice
-from algorithms.multilateration.bound import horizontal_bound
 from algorithms.multilateration.measures import measure
 from algorithms.multilateration.outputs import MODELS_OUTPUTS
 from algorithms.multilateration.parameters import (
+    PROCESS_NOISES,
+    SMOOTHINGS,
     AltitudeParameters,
     FilterWithAltitudeParameters,
     StartParameters,
@@ -32,7 +33,7 @@ from algorithms.multilateration.tables import tabulate
 from algorithms.multilateration.tracker import run_filter, score_filter
 from algorithms.recording import ToaMarks
 from algorithms.result import Result, Setting
-from algorithms.scores import Floats, Scores
+from algorithms.scores import Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE
 
@@ -76,11 +77,7 @@ class MlatImmParameters(StartParameters, AltitudeParameters):
         title="Process noise",
         group="motion",
         advanced=True,
-        choices={
-            "paper": "only the acceleration is disturbed",
-            "pwc": "jerk constant between marks",
-            "white": "white jerk: depends on elapsed time only",
-        },
+        choices=PROCESS_NOISES,
     )
     """Form of the manoeuvre's process noise."""
     stay_straight_s: float = parameter(
@@ -95,10 +92,7 @@ class MlatImmParameters(StartParameters, AltitudeParameters):
         "none",
         title="Smoothing",
         group="motion",
-        choices={
-            "none": "estimate after each mark, from the marks up to it",
-            "fixed_interval": "estimate from all marks of the track, for work after the flight",
-        },
+        choices=SMOOTHINGS,
     )
     """Whether the whole track is smoothed afterwards (Rauch-Tung-Striebel)."""
 
@@ -160,11 +154,6 @@ def score(recording: ToaMarks, parameters: MlatImmParameters, context: RunContex
     )
 
 
-def bound(recording: ToaMarks, parameters: MlatImmParameters) -> Floats:
-    """Bound of a single filter whose motion is the manoeuvre's and whose altitude has no bias."""
-    return horizontal_bound(recording, _single(parameters), altitude=parameters.altitude != "none")
-
-
 ALGORITHM = Algorithm(
     name="mlat_imm",
     title="Interacting models on marks",
@@ -190,5 +179,4 @@ ALGORITHM = Algorithm(
     tabulate=tabulate,
     measure=measure,
     score=score,
-    bound=bound,
 )

@@ -19,6 +19,15 @@ EARTHS = {
     "sphere": "sphere; 6 371 km in the article's profile, else the origin's local radius",
     "wgs84": "WGS-84 ellipsoid; needs the site's origin",
 }
+PROCESS_NOISES = {
+    "paper": "only the acceleration is disturbed",
+    "pwc": "jerk constant between marks",
+    "white": "white jerk: depends on elapsed time only",
+}
+SMOOTHINGS = {
+    "none": "estimate after each mark, from the marks up to it",
+    "fixed_interval": "estimate from all marks of the track, for work after the flight",
+}
 Bounded = Annotated[float, Field(ge=-1e9, le=1e9)]
 
 
@@ -154,21 +163,14 @@ class FilterParameters(StartParameters):
         title="Process noise",
         group="motion",
         advanced=True,
-        choices={
-            "paper": "only the acceleration is disturbed",
-            "pwc": "jerk constant between marks",
-            "white": "white jerk: depends on elapsed time only",
-        },
+        choices=PROCESS_NOISES,
     )
     """Form of the process noise. Empty = white (the article's profile: paper)."""
     smoothing: Literal["none", "fixed_interval"] = parameter(
         "none",
         title="Smoothing",
         group="motion",
-        choices={
-            "none": "estimate after each mark, from the marks up to it",
-            "fixed_interval": "estimate from all marks of the track, for work after the flight",
-        },
+        choices=SMOOTHINGS,
     )
     """Whether the whole track is smoothed afterwards (Rauch-Tung-Striebel)."""
 

@@ -7,7 +7,8 @@ here they begin as they do in life.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from algorithms.spec import Reference
 from algorithms.studies import Claim, Found, Study, StudyEntry, StudyRun, Verdict, Word
@@ -152,13 +153,16 @@ def _judge_gates(run: StudyRun) -> Sequence[Verdict]:
     return out
 
 
+Judge = Callable[[StudyRun], Sequence[Verdict]]
+
+
 def _study(
     name: str, title: str, summary: str, item: str, scenario: str, entries: tuple[StudyEntry, ...],
-    claims: tuple[Claim, ...], judge: object, **more: object,
+    claims: tuple[Claim, ...], judge: Judge, **more: Any,
 ) -> Study:  # fmt: skip
     return Study(
         name=name, title=title, summary=summary, family="plot_tracking", paper=Reference(PAPER, item), item=item,
-        scenario=scenario, entries=entries, claims=claims, judge=judge, **more,  # type: ignore[arg-type]
+        scenario=scenario, entries=entries, claims=claims, judge=judge, **more,
     )  # fmt: skip
 
 

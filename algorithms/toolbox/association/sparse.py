@@ -10,6 +10,8 @@ crouse2016.
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
@@ -36,13 +38,13 @@ def pairs_within(group: Ints, low: Floats, high: Floats, plot_group: Ints, plot_
     return track, begin + np.arange(track.size)
 
 
-def _position(plot_group: Ints, plot_value: Floats, group: Ints, value: Floats, side: str) -> Ints:
+def _position(plot_group: Ints, plot_value: Floats, group: Ints, value: Floats, side: Literal["left", "right"]) -> Ints:
     """Where a (group, value) would stand among the plots."""
     out = np.empty(group.size, np.int64)
     for g in np.unique(group):
         begin, end = np.searchsorted(plot_group, (g, g + 1))
         mine = group == g
-        out[mine] = begin + np.searchsorted(plot_value[begin:end], value[mine], side)  # type: ignore[call-overload]
+        out[mine] = begin + np.searchsorted(plot_value[begin:end], value[mine], side)
     return out
 
 

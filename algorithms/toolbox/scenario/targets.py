@@ -146,7 +146,7 @@ class PointPath:
 def _refuse_what_cannot_be_flown(spline: object, knots: Floats) -> None:
     looks = np.append((knots[:-1, None] + np.diff(knots)[:, None] * np.arange(_LOOKS) / _LOOKS).ravel(), knots[-1])
     altitude = spline(looks)[:, 2]  # type: ignore[operator]  # scipy has no types
-    speed = np.linalg.norm(spline(looks, 1), axis=1)  # type: ignore[operator]
+    speed = np.linalg.norm(spline(looks, 1), axis=1)  # type: ignore[operator]  # the same
     wrong = (altitude < 0) | (speed > MAX_SPEED_MPS)
     if wrong.any():
         i = int(np.flatnonzero(wrong)[0])
