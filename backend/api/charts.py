@@ -18,6 +18,7 @@ from backend.api.responses import Responses, content, problems
 from backend.api.services import Services, ServicesDep
 from backend.api.tables import answering
 from backend.api.targets import TargetName, check_target
+from backend.charts.language import Language
 from backend.charts.view import Chart as DeclaredChart
 from backend.charts.view import ChartOptions, Entry, RecordingView, RunView, rows_of_label
 from backend.db import runs as stored
@@ -88,6 +89,19 @@ class ChartQuery(TargetQuery, DrawQuery):
     """Of which target, and how much to draw."""
 
 
+class LanguageQuery(BaseModel):
+    """In which language."""
+
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+
+    language: Language = "en"
+    """Language of the page; names of algorithms, stations and targets stay as they are."""
+
+
+class PageQuery(ChartQuery, LanguageQuery):
+    """Of which target, how much to draw, and in which language."""
+
+
 _FIGURE: Responses = content("application/json", "Plotly figure with base64 typed arrays", {"type": "object"})
 _ROWS: Responses = content("text/csv", "Every point of the chart, one row each")
 _PAGE: Responses = content("text/html", "A page that stands alone, offline")
@@ -140,7 +154,7 @@ def get_run_chart_csv(
     responses=_PAGE | problems(404, 409),
 )
 def get_run_chart_page(
-    run_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[ChartQuery, Query()]
+    run_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[PageQuery, Query()]
 ) -> Response:
     """Draw a chart of a run as a page that needs no server."""
     return _of_run(services, request, run_id, chart, "html", query)
@@ -186,7 +200,7 @@ def get_recording_chart_csv(
     responses=_PAGE | problems(404, 409),
 )
 def get_recording_chart_page(
-    recording_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[ChartQuery, Query()]
+    recording_id: str, chart: str, request: Request, services: ServicesDep, query: Annotated[PageQuery, Query()]
 ) -> Response:
     """Draw a chart of a recording as a page that needs no server."""
     return _of_recording(services, request, recording_id, chart, "html", query)
@@ -244,7 +258,7 @@ def _of_run(services: Services, request: Request, run_id: str, name: str, form: 
         view = _run_view(services, run, measurements, partial)
         return chart.draw(selected(view, query.target), options_of(query, len(run.algorithms)))
 
-    return drawn(request, draw, form, query, version, file_name, heading)
+    return drawn(request, draw, form, query, version, file_name, heading, name)
 
 
 def _of_recording(
@@ -262,7 +276,8 @@ def _of_recording(
         view = RecordingView(measurements.load())
         return chart.draw(recording_view_of(view, query.target) if query.target else view, options_of(query))
 
-    return drawn(request, draw, form, query, (recording.id, recording.data_sha256 or ""), file_name, recording.name)
+    version = (recording.id, recording.data_sha256 or "")
+    return drawn(request, draw, form, query, version, file_name, recording.name, name)
 
 
 def named(found: list[DeclaredChart] | tuple[DeclaredChart, ...], name: str) -> DeclaredChart:
@@ -339,6 +354,7 @@ def drawn(
     version: tuple[str, ...],
     file_name: str,
     heading: str,
+    chart: str = "",
 ) -> Response:
     """Answer with a figure, its numbers or its page, or that the client has it already."""
     # How a chart looks may change with the program's version.
@@ -359,7 +375,11 @@ def drawn(
         out = StringIO()
         write_table_csv(chart_table(figure), out)
         return Response(out.getvalue(), media_type="text/csv; charset=utf-8", headers=headers)
+    from backend.charts.figure_words import figure_in
     from backend.charts.html import CONTENT_SECURITY_POLICY, chart_page
+    from backend.charts.language import words_of
 
     headers["Content-Security-Policy"] = CONTENT_SECURITY_POLICY
-    return Response(chart_page(figure, heading), media_type="text/html; charset=utf-8", headers=headers)
+    language = query.language if isinstance(query, PageQuery) else "en"
+    page = chart_page(figure_in(figure, words_of(language), chart), heading, language)
+    return Response(page, media_type="text/html; charset=utf-8", headers=headers)

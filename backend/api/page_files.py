@@ -13,19 +13,13 @@ from starlette.responses import FileResponse
 from backend.api.services import ServicesDep
 from backend.errors import NotFoundError
 from backend.http.etag import matches, not_modified
+from backend.page import page_folder
 from backend.version import plotly_js_path, plotly_js_version
 
 router = APIRouter(prefix="/assets", include_in_schema=False)
 
-_BACKEND = Path(__file__).resolve().parent.parent
 # The version is part of the address, so the file never changes.
 _FOR_EVER = "public, max-age=31536000, immutable"
-
-
-def page_folder() -> Path:
-    """Return the folder of the page: inside the package in a wheel, at the top of a checkout."""
-    installed = _BACKEND / "static"
-    return installed if installed.is_dir() else _BACKEND.parent / "frontend"
 
 
 def serve_page(app: FastAPI) -> None:

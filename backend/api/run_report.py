@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 
 from algorithms.result import Table
 from backend.api import uploads
-from backend.api.charts import chart_entry, charts_of_run, preset_of
-from backend.api.exports import NoQuery
+from backend.api.charts import LanguageQuery, chart_entry, charts_of_run, preset_of
 from backend.api.measurements import of_run
 from backend.api.report_content import about_scenario, counted, report_content
 from backend.api.responses import content, problems
@@ -22,6 +21,9 @@ from backend.errors import NotFoundError
 from backend.http.etag import etag_of, matches, not_modified
 from backend.version import program_version
 
+if TYPE_CHECKING:
+    from backend.charts.language import Words
+
 router = APIRouter(prefix="/runs/{run_id}", tags=["results"])
 
 
@@ -32,18 +34,20 @@ router = APIRouter(prefix="/runs/{run_id}", tags=["results"])
     responses=content("text/html", "A page that stands alone, offline") | problems(404, 409),
 )
 def get_run_report(
-    run_id: str, request: Request, services: ServicesDep, query: Annotated[NoQuery, Query()]
+    run_id: str, request: Request, services: ServicesDep, query: Annotated[LanguageQuery, Query()]
 ) -> Response:
     """Tell what was run, on what, and what came out, as a page that needs no server."""
     run = finished(services, run_id)
-    etag = etag_of("report", program_version(), run.id, run.result_sha256 or "", run.label, *run.tags)
+    etag = etag_of("report", query.language, program_version(), run.id, run.result_sha256 or "", run.label, *run.tags)
     if matches(request, etag):
         return not_modified(etag)
     from backend.charts.html import CONTENT_SECURITY_POLICY
+    from backend.charts.language import words_of
     from backend.charts.report import report_page
 
+    words = words_of(query.language)
     return Response(
-        report_page(_content(services, run)),
+        report_page(_content(services, run, words), words),
         media_type="text/html; charset=utf-8",
         headers={
             "ETag": etag,
@@ -54,7 +58,8 @@ def get_run_report(
     )
 
 
-def _content(services: Services, run: stored.Run) -> Any:
+def _content(services: Services, run: stored.Run, words: Words) -> Any:
+    from backend.charts.figure_words import figure_in
     from backend.charts.view import ChartOptions, RunView
 
     measured = of_run(services, run)
@@ -76,7 +81,7 @@ def _content(services: Services, run: stored.Run) -> Any:
         used=run.entries or (),
         metrics=_table(services, run, "metrics"),
         decisions=_table(services, run, "decisions"),
-        figures=[chart.draw(view, ChartOptions()) for chart in charts_of_run(run)],
+        figures=[figure_in(chart.draw(view, ChartOptions()), words, chart.name) for chart in charts_of_run(run)],
         software=run.software or {},
         requirements=_table(services, run, "requirements"),
     )

@@ -7,6 +7,7 @@ from functools import cache
 from importlib.resources import files
 
 from backend.charts.figure import figure_json
+from backend.charts.language import Language
 from backend.charts.view import Figure
 
 # Sent with the page: it may run its own script and nothing else, and has no origin.
@@ -16,7 +17,7 @@ CONTENT_SECURITY_POLICY = (
 )
 
 _PAGE = """<!doctype html>
-<html lang="en">
+<html lang="{language}">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
@@ -42,12 +43,16 @@ Plotly.newPlot("chart", figure.data, figure.layout,
 """
 
 
-def chart_page(drawn: Figure, heading: str) -> bytes:
-    """Put the figure, plotly.js and the notes into one page; `heading` names the run or recording."""
+def chart_page(drawn: Figure, heading: str, language: Language = "en") -> bytes:
+    """Put the figure, plotly.js and the notes into one page; `heading` names the run or recording.
+
+    The figure is in this language already (`figure_words`).
+    """
     title = html.escape(f"{drawn['layout']['title']['text']}: {heading}")
     notes = drawn["layout"]["meta"]["notes"]
     lines = [f"{note['label']}: {note['text']}" if note["label"] else str(note["text"]) for note in notes]
     page = _PAGE.format(
+        language=language,
         title=title,
         room=48 + 24 * (len(lines) + 1),
         library=plotly_js(),

@@ -1,7 +1,8 @@
 """A run as one page that stands alone: what was run, on what, what came out and how far to trust it.
 
 It needs no network and no server; it is sent as an attachment with the policy of a chart's page (`html`). Numbers are
-written with the digits that their intervals give sense to, whole ones are in the tables of the run.
+written with the digits that their intervals give sense to, whole ones are in the tables of the run. What it is given is
+English, the figures are in its language already; the page's texts turn the rest into that language.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Any
 
 from backend.charts.figure import figure_json
 from backend.charts.html import plotly_js
+from backend.charts.language import Words
 from backend.charts.theme import FONT, series_color
 from backend.charts.view import Figure
 
@@ -85,6 +87,8 @@ class ReportContent:
     requirements: Sequence[ReportRequirement] = ()
 
 
+ENGLISH = Words()
+
 _STYLE = (
     """
 body { margin: 24px auto; max-width: 1100px; padding: 0 16px; font: 14px/1.45 FONT; color: #1f2328; background: #fff }
@@ -120,31 +124,33 @@ addEventListener("beforeprint", () => { for (const node of [...waiting.keys()]) 
 """
 
 
-def report_page(content: ReportContent) -> bytes:
+def report_page(content: ReportContent, words: Words = ENGLISH) -> bytes:
     """Put the report together as HTML."""
     colours = {entry.label: series_color(i) for i, entry in enumerate(content.entries)}
+    said = words.said
+    references = "".join(f"<li>{_text(r)}</li>" for r in content.references)
     parts = [
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
+        f'<!doctype html>\n<html lang="{words.language}">\n<head>\n<meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{_text(content.title)}</title>\n<style>{_STYLE}</style>\n<script>{plotly_js()}</script>\n</head>\n<body>",
-        f"<main>\n<h1>{_text(content.title)}</h1>",
-        _pairs(content.facts),
-        "<h2>Measurements</h2>",
-        _pairs(content.recording),
-        _list(content.warnings),
-        "<h2>Results</h2>",
-        _metrics(content.metrics, colours),
-        _requirements(content.requirements),
+        f"<title>{_text(said(content.title))}</title>\n<style>{_STYLE}</style>\n<script>{plotly_js()}</script>\n</head>\n<body>",
+        f"<main>\n<h1>{_text(said(content.title))}</h1>",
+        _pairs(content.facts, words),
+        f"<h2>{said('Measurements')}</h2>",
+        _pairs(content.recording, words),
+        _list([said(text) for text in content.warnings]),
+        f"<h2>{said('Results')}</h2>",
+        _metrics(content.metrics, colours, words),
+        _requirements(content.requirements, words),
         *(_chart(figure, i) for i, figure in enumerate(content.figures)),
-        "<h2>Decisions</h2>",
-        _decisions(content.decisions),
-        "<h2>Algorithms and settings</h2>",
-        *(_entry(entry, colours[entry.label]) for entry in content.entries),
-        "<h2>References</h2>",
-        f"<ol>{''.join(f'<li>{_text(r)}</li>' for r in content.references)}</ol>" if content.references else _none(),
-        "<h2>Software</h2>",
-        _pairs(list(content.software.items())),
-        _list(content.left_out),
+        f"<h2>{said('Decisions')}</h2>",
+        _decisions(content.decisions, words),
+        f"<h2>{said('Algorithms and settings')}</h2>",
+        *(_entry(entry, colours[entry.label], words) for entry in content.entries),
+        f"<h2>{said('References')}</h2>",
+        f"<ol>{references}</ol>" if references else _none(words),
+        f"<h2>{said('Software')}</h2>",
+        _pairs([(words.told(f"software.{name}", name), value) for name, value in content.software.items()], words),
+        _list([said(text) for text in content.left_out]),
         f"</main>\n<script>{_SCRIPT}</script>\n</body>\n</html>\n",
     ]
     return "\n".join(parts).encode()
@@ -160,9 +166,9 @@ def number_text(value: float | None, interval: tuple[float, float] | None = None
     return f"{value:.4g}" if 1e-4 <= abs(value) < 1e6 or value == 0 else f"{value:.3e}"
 
 
-def _metrics(metrics: Sequence[ReportMetric], colours: Mapping[str, str]) -> str:
+def _metrics(metrics: Sequence[ReportMetric], colours: Mapping[str, str], words: Words) -> str:
     if not metrics:
-        return _none()
+        return _none(words)
     rows = list(dict.fromkeys((m.metric, m.segment, m.unit) for m in metrics))
     found = {(m.metric, m.segment, m.unit, m.label): m for m in metrics}
     segments = any(segment for _, segment, _ in rows)
@@ -170,18 +176,19 @@ def _metrics(metrics: Sequence[ReportMetric], colours: Mapping[str, str]) -> str
     names = "".join(f'<th scope="col">{_swatch(c)}{_text(label)}</th>' for label, c in colours.items())
     lines = []
     for metric, segment, unit in rows:
-        cells = [f'<th scope="row">{_text(metric)}</th>', *([f"<td>{_text(segment)}</td>"] if segments else [])]
-        cells.append(f"<td>{_text(unit)}</td>")
+        name = words.told(f"metric.{metric}", metric)
+        cells = [
+            f'<th scope="row">{_text(name)}</th>',
+            *([f"<td>{_text(words.said(segment))}</td>"] if segments else []),
+        ]
+        cells.append(f"<td>{_text(words.said(unit))}</td>")
         cells += [f'<td class="number">{_value(found.get((metric, segment, unit, label)))}</td>' for label in colours]
         lines.append(f"<tr>{''.join(cells)}</tr>")
-    heads = "".join(f'<th scope="col">{h}</th>' for h in head)
-    return (
-        '<p class="muted">In brackets: 95 % confidence interval, where one is known; n: observations.</p>'
-        f'<div class="wide"><table><thead><tr>{heads}{names}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
-    )
+    about = words.said("In brackets: 95 % confidence interval, where one is known; n: observations.")
+    return f'<p class="muted">{_text(about)}</p>{_table(head, lines, words, more=names)}'
 
 
-def _requirements(requirements: Sequence[ReportRequirement]) -> str:
+def _requirements(requirements: Sequence[ReportRequirement], words: Words) -> str:
     """What was asked, failed first; nothing where the run knows no requirements."""
     if not requirements:
         return ""
@@ -189,19 +196,31 @@ def _requirements(requirements: Sequence[ReportRequirement]) -> str:
     rows = sorted(requirements, key=lambda r: order.get(r.verdict, 3))
     counts = {word: sum(r.verdict == word for r in rows) for word in ("failed", "passed", "no data", "not asked")}
     head = ("algorithm", "target", "segment", "requirement", "reached", "threshold", "unit", "verdict", "n")
+
+    def in_words(code: str) -> str:
+        return _text(words.told(f"requirements.{code}", code))
+
     lines = [
-        f"<tr><td>{_text(r.label)}</td><td>{_text(r.target or 'all')}</td><td>{_text(r.segment)}</td>"
-        f'<td>{_text(r.requirement)}</td><td class="number">{number_text(r.value)}</td>'
-        f'<td class="number">{number_text(r.threshold)}</td><td>{_text(r.unit)}</td><td>{_text(r.verdict)}</td>'
+        f"<tr><td>{_text(r.label)}</td><td>{_text(r.target or words.said('all'))}</td><td>{in_words(r.segment)}</td>"
+        f"<td>{_text(words.told(f'metric.{r.requirement}', r.requirement))}</td>"
+        f'<td class="number">{number_text(r.value)}</td><td class="number">{number_text(r.threshold)}</td>'
+        f"<td>{_text(words.said(r.unit))}</td><td>{in_words(r.verdict)}</td>"
         f'<td class="number">{r.n}</td></tr>'
         for r in rows[:ROWS_SHOWN]
     ]
-    heads = "".join(f'<th scope="col">{h}</th>' for h in head)
-    said = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-    more = f" The first {ROWS_SHOWN} are shown." if len(rows) > ROWS_SHOWN else ""
+    said = ", ".join(f"{count} {in_words(word)}" for word, count in counts.items() if count)
+    if words.language != "en":
+        said = ", ".join(f"{in_words(word)}: {count}" for word, count in counts.items() if count)
+    more = f" {words.said(f'The first {ROWS_SHOWN} are shown.')}" if len(rows) > ROWS_SHOWN else ""
+    heading = f"<h2>{words.said('Requirements')}</h2>"
+    return f'{heading}<p class="muted">{said}.{more}</p>{_table(head, lines, words)}'
+
+
+def _table(head: Sequence[str], lines: Sequence[str], words: Words, more: str = "") -> str:
+    """A table that scrolls by itself; `more` are heads that are no words of ours."""
+    heads = "".join(f'<th scope="col">{_text(words.said(h))}</th>' for h in head)
     return (
-        f'<h2>Requirements</h2><p class="muted">{said}.{more}</p>'
-        f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
+        f'<div class="wide"><table><thead><tr>{heads}{more}</tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
     )
 
 
@@ -228,32 +247,37 @@ def _chart(figure: Figure, number: int) -> str:
     )
 
 
-def _decisions(decisions: Sequence[tuple[str, str, str, int]]) -> str:
+def _decisions(decisions: Sequence[tuple[str, str, str, int]], words: Words) -> str:
     if not decisions:
-        return '<p class="muted">Every mark was used as it came.</p>'
+        return f'<p class="muted">{words.said("Every mark was used as it came.")}</p>'
     rows = [
-        f"<tr><td>{_text(label)}</td><td><code>{_text(what)}</code></td><td>{_text(why)}</td>"
+        f"<tr><td>{_text(label)}</td><td>{_decision(what, words)}</td><td>{_text(words.said(why))}</td>"
         f'<td class="number">{count}</td></tr>'
         for label, what, why, count in decisions[:ROWS_SHOWN]
     ]
-    head = "".join(f'<th scope="col">{h}</th>' for h in ("algorithm", "decision", "reason", "times"))
     more = len(decisions) - ROWS_SHOWN
-    rest = f'<p class="muted">{more} more kinds of decisions are in the table.</p>' if more > 0 else ""
-    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>{rest}'
+    left = words.said(f"{more} more kinds of decisions are in the table.")
+    rest = f'<p class="muted">{left}</p>' if more > 0 else ""
+    return f"{_table(('algorithm', 'decision', 'reason', 'times'), rows, words)}{rest}"
 
 
-def _entry(entry: ReportEntry, colour: str) -> str:
-    rows = "".join(
+def _decision(code: str, words: Words) -> str:
+    known = words.told(f"decision.{code}", code)
+    return f"<code>{_text(code)}</code>" if known == code else _text(known)
+
+
+def _entry(entry: ReportEntry, colour: str, words: Words) -> str:
+    rows = [
         f'<tr><th scope="row"><code>{_text(name)}</code></th><td class="number">{_text(value)}</td>'
-        f"<td>{_text(source)}</td></tr>"
+        f"<td>{_text(words.told(f'source.{source}', source))}</td></tr>"
         for name, value, source in entry.settings
-    )
-    head = "".join(f'<th scope="col">{h}</th>' for h in ("setting", "value", "from"))
-    table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>" if rows else ""
-    notes = [f"{words} ({count})" if count > 1 else words for words, count in entry.notes]
+    ]
+    notes = [(words.said(text), count) for text, count in entry.notes]
     return (
         f"<h3>{_swatch(colour)}{_text(entry.label)}</h3>"
-        f"<p><code>{_text(entry.algorithm)}</code> {_text(entry.summary)}</p>{_list(notes)}{table}"
+        f"<p><code>{_text(entry.algorithm)}</code> {_text(words.said(entry.summary))}</p>"
+        f"{_list([f'{text} ({count})' if count > 1 else text for text, count in notes])}"
+        f"{_table(('setting', 'value', 'from'), rows, words) if rows else ''}"
     )
 
 
@@ -261,16 +285,17 @@ def _swatch(colour: str) -> str:
     return f'<span class="swatch" style="background: {colour}"></span>'
 
 
-def _pairs(pairs: Sequence[tuple[str, str]]) -> str:
-    return f"<dl>{''.join(f'<dt>{_text(name)}</dt><dd>{_text(value)}</dd>' for name, value in pairs)}</dl>"
+def _pairs(pairs: Sequence[tuple[str, str]], words: Words) -> str:
+    inner = "".join(f"<dt>{_text(words.said(name))}</dt><dd>{_text(words.listed(value))}</dd>" for name, value in pairs)
+    return f"<dl>{inner}</dl>"
 
 
 def _list(lines: Sequence[str]) -> str:
     return f'<ul class="muted">{"".join(f"<li>{_text(line)}</li>" for line in lines)}</ul>' if lines else ""
 
 
-def _none() -> str:
-    return '<p class="muted">None.</p>'
+def _none(words: Words) -> str:
+    return f'<p class="muted">{words.said("None.")}</p>'
 
 
 def _text(value: Any) -> str:

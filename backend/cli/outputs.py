@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import tempfile
@@ -15,6 +16,7 @@ from backend.cli.terminal import UsageError
 if TYPE_CHECKING:
     from algorithms.recording import Recording
     from algorithms.result import Table
+    from backend.charts.language import Language
     from backend.charts.view import Chart, RunView
     from backend.db.runs import Entry
     from backend.jobs.results import Composed
@@ -108,15 +110,30 @@ def prepared_folder(folder: Path | None, overwrite: bool) -> None:
     folder.mkdir(parents=True, exist_ok=True)
 
 
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare where the results go, and in which language their pages are."""
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for tables, charts, result.npz and run.json")
+    parser.add_argument("--overwrite", action="store_true", help="write into a folder that is not empty")
+    parser.add_argument(
+        "--language", choices=("en", "ru"), default="en", help="of the report and the charts (default en)"
+    )
+
+
 def write_outputs(
-    folder: Path, run: LocalRun, about: Mapping[str, Any], more: Mapping[str, Table], report: Callable[[float], None]
+    folder: Path,
+    run: LocalRun,
+    about: Mapping[str, Any],
+    report: Callable[[float], None],
+    *,
+    more: Mapping[str, Table] | None = None,
+    language: Language = "en",
 ) -> list[str]:
     """Write everything, then move it into the folder: what is interrupted leaves nothing half written.
 
     `about` becomes `run.json`, `more` are tables beside those of the run. Gives the names of the files.
     """
     with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=folder) as unfinished:
-        _write(Path(unfinished), run, about, more, report)
+        _write(Path(unfinished), run, about, more or {}, report, language)
         written = sorted(path for path in Path(unfinished).rglob("*") if path.is_file())
         names = [path.relative_to(unfinished).as_posix() for path in written]
         for path, name in zip(written, names, strict=True):
@@ -127,11 +144,18 @@ def write_outputs(
 
 
 def _write(
-    folder: Path, run: LocalRun, about: Mapping[str, Any], more: Mapping[str, Table], report: Callable[[float], None]
+    folder: Path,
+    run: LocalRun,
+    about: Mapping[str, Any],
+    more: Mapping[str, Table],
+    report: Callable[[float], None],
+    language: Language,
 ) -> None:
     from algorithms.result import Table
     from backend.api.report_content import about_scenario, counted, report_content
+    from backend.charts.figure_words import figure_in
     from backend.charts.html import chart_page
+    from backend.charts.language import words_of
     from backend.charts.report import report_page
     from backend.charts.view import ChartOptions
     from backend.files.parquet_writer import write_parquet
@@ -150,12 +174,12 @@ def _write(
         write_parquet(table, folder / "tables" / f"{name}.parquet", about={"run": run.title, "table": name})
         done += 2
         report(done / steps)
-    view = run.view()
+    view, words = run.view(), words_of(language)
     figures = []
     for chart in charts:
-        figure = chart.draw(view, ChartOptions(entries=len(run.entries)))
+        figure = figure_in(chart.draw(view, ChartOptions(entries=len(run.entries))), words, chart.name)
         figures.append(figure)
-        (folder / "charts" / f"{chart.name}.html").write_bytes(chart_page(figure, run.title))
+        (folder / "charts" / f"{chart.name}.html").write_bytes(chart_page(figure, words.said(run.title), language))
         done += 1
         report(done / steps)
     content = report_content(
@@ -171,7 +195,7 @@ def _write(
         software=run.composed.software,
         requirements=own.get("requirements"),
     )
-    (folder / "report.html").write_bytes(report_page(content))
+    (folder / "report.html").write_bytes(report_page(content, words))
     write_arrays(folder / "result.npz", run.composed.arrays)
     text = json.dumps(about, indent=2, ensure_ascii=False, allow_nan=False)
     (folder / "run.json").write_text(text + "\n", encoding="utf-8")

@@ -10,6 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from backend.cli import outputs
 from backend.cli.given import assignments, checked_model
 from backend.cli.outputs import LocalRun, prepared_folder, summary_lines, write_outputs
 from backend.cli.terminal import DONE, ProgressBar, UsageError, settings_of
@@ -35,8 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the algorithm")
     parser.add_argument("--read", action="append", default=[], metavar="NAME=VALUE", help="an option of reading")
     parser.add_argument("--seed", type=int, default=0, help="seed of the random streams (default 0)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for tables, charts, result.npz and run.json")
-    parser.add_argument("--overwrite", action="store_true", help="write into a folder that is not empty")
+    outputs.add_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -61,7 +61,14 @@ def run(options: argparse.Namespace) -> int:
     about = _about(finished, options, report)
     if options.out is not None:
         with ProgressBar("writing") as bar:
-            about["files"] = write_outputs(options.out, finished, about, {"rejections": _rejections(report)}, bar.show)
+            about["files"] = write_outputs(
+                options.out,
+                finished,
+                about,
+                bar.show,
+                more={"rejections": _rejections(report)},
+                language=options.language,
+            )
     print(json.dumps(_for_scripts(about), ensure_ascii=False) if options.json else "\n".join(_lines(about, options)))
     return DONE
 

@@ -10,9 +10,9 @@ import signal
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from backend.cli import outputs
 from backend.cli.outputs import LocalRun, prepared_folder, write_outputs
 from backend.cli.run import succeeded
 from backend.cli.terminal import DONE, ProgressBar, UsageError
@@ -30,8 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--trials", type=int, help="simulated trials (default: as the study says)")
     parser.add_argument("--seed", type=int, help="seed of the random streams (default: as the study says)")
     parser.add_argument("--workers", type=int, help="processes (default: one per processor)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for tables, charts, result.npz and run.json")
-    parser.add_argument("--overwrite", action="store_true", help="write into a folder that is not empty")
+    outputs.add_arguments(parser)
 
 
 def study(options: argparse.Namespace) -> int:
@@ -64,7 +63,7 @@ def study(options: argparse.Namespace) -> int:
     }
     if options.out is not None:
         with ProgressBar("writing") as bar:
-            about["files"] = write_outputs(options.out, finished, about, {}, bar.show)
+            about["files"] = write_outputs(options.out, finished, about, bar.show, language=options.language)
     print(json.dumps(about, ensure_ascii=False) if options.json else "\n".join(_lines(about, options)))
     return DONE
 

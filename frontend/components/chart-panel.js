@@ -5,7 +5,7 @@
 import { define, h, put } from "../js/dom.js";
 import { icon } from "../js/icons.js";
 import { apiUrl, get } from "../js/api.js";
-import { t, told } from "../js/i18n.js";
+import { language, t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
 import { DotsCanvas } from "../js/dots.js";
 import { dressFigure, isOverTime } from "../js/figure.js";
@@ -293,7 +293,8 @@ export class ChartPanel extends HTMLElement {
 
   /** The address of this chart's data. @param {string} suffix */
   address(suffix) {
-    return apiUrl(`${this.source}.${suffix}`, this.query);
+    // A page that stands alone is written in the language of this one.
+    return apiUrl(`${this.source}.${suffix}`, suffix === "html" && language() !== "en" ? { ...this.query, language: language() } : this.query);
   }
 
   fit() {

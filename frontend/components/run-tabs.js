@@ -3,7 +3,7 @@
 
 import { h, put } from "../js/dom.js";
 import { apiUrl, get, getText } from "../js/api.js";
-import { metricName, said, t, told } from "../js/i18n.js";
+import { language, metricName, said, t, told } from "../js/i18n.js";
 import { formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { swatch } from "../js/palette.js";
 import { follow } from "../js/live.js";
@@ -357,8 +357,10 @@ function isOnTheGlobe({ site, options }) {
  * @param {string} target
  */
 export function exportTab(run, charts, tables, target) {
-  const links = (/** @type {string} */ path, /** @type {string[]} */ suffixes, only = target) => suffixes.map((suffix) => h("a", { href: apiUrl(`runs/${run.id}/${path}.${suffix}`, { target: only }), download: "" }, suffix.toUpperCase()));
-  const file = (/** @type {string} */ name) => h("a", { href: apiUrl(`runs/${run.id}/${name}`), download: "" }, name);
+  // Pages are written in the language of this one.
+  const spoken = (/** @type {string} */ suffix) => (suffix === "html" && language() !== "en" ? { language: language() } : {});
+  const links = (/** @type {string} */ path, /** @type {string[]} */ suffixes, only = target) => suffixes.map((suffix) => h("a", { href: apiUrl(`runs/${run.id}/${path}.${suffix}`, { target: only, ...spoken(suffix) }), download: "" }, suffix.toUpperCase()));
+  const file = (/** @type {string} */ name) => h("a", { href: apiUrl(`runs/${run.id}/${name}`, spoken(name.split(".").pop() ?? "")), download: "" }, name);
   // A frame without a place on the globe has no tracks there; its file would only say so.
   const tracksOf = () => {
     const place = h("dd", { class: "row" }, t("state.loading"));

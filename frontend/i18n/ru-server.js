@@ -13,6 +13,7 @@ import * as forwardScatter from "./ru-forward-scatter.js";
 import * as long from "./ru-long.js";
 import * as marks from "./ru-marks.js";
 import reading from "./ru-reading.js";
+import * as report from "./ru-report.js";
 import * as scenarios from "./ru-scenarios.js";
 import tracks from "./ru-tracks.js";
 import * as studies from "./ru-studies.js";
@@ -289,6 +290,7 @@ export const words = {
   ...long.words,
   ...marks.words,
   ...trials.words,
+  ...report.words,
   "Sample: three algorithms on simulated marks": "Пример: три алгоритма на моделированных отметках",
   "m": "м",
   "km": "км",
@@ -476,7 +478,7 @@ export const words = {
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
 export const sentences = {
-  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...trials.sentences,
+  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...trials.sentences, ...report.sentences,
   ...identification.sentences, ...identificationStudies.sentences, ...forwardScatter.sentences, ...multipleModel.sentences, ...plotTracking.sentences,
 };
 
@@ -489,6 +491,7 @@ export const patterns = [
   [/^Mean over (.+?) trials?, cut at 2 km; dotted is OSPA\.$/, "Среднее по реализациям, их $1, ограничено 2 км; пунктир – OSPA."],
   ...trials.patterns,
   ...marks.patterns,
+  ...report.patterns,
   [/^Emitter at (.+) m; one mark, received by (.+)\.$/, "Излучатель на высоте $1 м; одна отметка, приняли $2."],
   [/^Colours end at (\S+) and (\S+)(?: (.+))?; beyond, they stay the same\.$/, "Цвета различаются от $1 до $2 $3; дальше они не меняются."],
   [/^Not observable, left blank: (.+) % of the map\.$/, "Не наблюдаемо и оставлено пустым: $1 % карты."],

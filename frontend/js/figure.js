@@ -140,6 +140,8 @@ function traceName(trace) {
   const label = trace.meta?.label;
   if (!label) return said(trace.name);
   if (!trace.name.startsWith(`${label}, `)) return trace.name === label ? label : said(trace.name);
+  // A single letter is a symbol: h is the altitude here and not an hour.
+  if (trace.name.length === label.length + 3) return trace.name;
   // Between the label and the words may stand swept values.
   const at = trace.name.lastIndexOf(", ");
   const whole = said(trace.name.slice(label.length + 2));

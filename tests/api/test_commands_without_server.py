@@ -55,6 +55,17 @@ def test_a_run_writes_tables_charts_and_its_account(tmp_path: Path, capsys: pyte
     assert {"result.npz", "run.json", "report.html", "tables", "charts"} == {path.name for path in out.iterdir()}
 
 
+def test_the_pages_of_a_run_in_russian(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "results"
+    assert main(["run", "single_mark", MARKS, "--site", SITE, "--language", "ru", "--out", str(out)]) == 0
+    assert "1193 rows read" in capsys.readouterr().out, "what scripts look for on the terminal stays"
+    report = (out / "report.html").read_text(encoding="utf-8")
+    assert "прочитано 1193, принято 1193, отклонено 0" in report
+    assert '<html lang="ru">' in (out / "charts" / "plan.html").read_text(encoding="utf-8")
+    with pytest.raises(SystemExit):
+        main(["run", "single_mark", MARKS, "--language", "xx"])
+
+
 def test_a_script_gets_the_same_numbers(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "single_mark", MARKS, "--site", SITE, "--json"]) == 0
     found = said(capsys)

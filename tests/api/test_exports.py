@@ -186,6 +186,20 @@ def test_the_report_stands_alone(api: httpx2.Client, results: str, run: dict[str
     assert own.count('class="chart"') == len(figures)
 
 
+def test_the_report_and_charts_speak_the_language_of_the_page(api: httpx2.Client, results: str) -> None:
+    page = api.get(f"{results}/report.html?language=ru").raise_for_status()
+    assert '<html lang="ru">' in page.text
+    for word in ("<h2>Измерения</h2>", "Плановая ошибка, СКО", "Начальное число", "rdfv 50 m"):
+        assert word in page.text, word
+    assert "<h2>Results</h2>" not in page.text
+    assert page.headers["etag"] != api.get(f"{results}/report.html").headers["etag"]
+    chart = api.get(f"{results}/charts/plan.html?language=ru").raise_for_status()
+    assert '<html lang="ru">' in chart.text
+    assert "км на восток" in chart.text
+    problem(api.get(f"{results}/report.html?language=xx"), 422, "validation")
+    problem(api.get(f"{results}/charts/plan.json?language=ru"), 422, "validation")
+
+
 @pytest.mark.parametrize("name", ["tables/states.parquet", "result.mat", "tracks.geojson", "tracks.kml", "report.html"])
 def test_exports_are_not_sent_twice(api: httpx2.Client, results: str, name: str) -> None:
     etag = api.get(f"{results}/{name}").headers["etag"]

@@ -1,4 +1,5 @@
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import test from "node:test";
 import { setLanguage, said } from "../../frontend/js/i18n.js";
 import { sentences } from "../../frontend/i18n/ru-server.js";
@@ -42,5 +43,8 @@ test("the page speaks them only where it speaks Russian", async () => {
   assert.equal(said("There is no run 'xx'."), "There is no run 'xx'.");
   await setLanguage("ru");
   assert.equal(said("There is no\nrun 'xx'."), "Расчёта 'xx' нет.");
+  // The server writes its reports by the same rules: tests/unit/charts/test_language.py reads this list too.
+  const both = JSON.parse(readFileSync(new URL("./said-in-russian.json", import.meta.url), "utf-8"));
+  for (const [english, words] of Object.entries(both)) assert.equal(said(english), words);
   await setLanguage("en");
 });
