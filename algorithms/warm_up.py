@@ -13,24 +13,27 @@ import os
 import signal
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 import numpy as np
 
 from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.spec import LocalContext
-from algorithms.toolbox.kernels.cache import kernel_cache_folder
+from algorithms.toolbox.kernels.cache import base_folder, key_of_all
 
 # So many rows of a recording reach every kernel.
 ROWS = 4
 
 
-def warm_up() -> None:
-    """Run, tabulate and score every algorithm on a few simulated rows; the kernels stay in the kernel cache.
+def warm_up(family: str | None = None) -> None:
+    """Run, tabulate and score every algorithm (of `family`) on a few simulated rows; the kernels stay in the cache.
 
     Each algorithm gets the first scenario of its family that makes a recording it takes.
     """
     for algorithm in algorithms_by_name().values():
+        if family not in (None, algorithm.family):
+            continue
         fitting = (
             s for s in scenarios_by_name().values() if s.family == algorithm.family and s.kind in algorithm.takes
         )
@@ -50,7 +53,7 @@ def warm_up() -> None:
 
 @cache
 def have_compiled() -> None:
-    """Return when every kernel is in the cache; where they are not, have them compiled by another process.
+    """Return when every kernel is in the cache; where they are not, have each family compiled by another process.
 
     Several processes that ask at once wait for the one that compiles. Where the cache folder cannot be written each
     process compiles for itself, and results repeat to the ninth digit only.
@@ -60,26 +63,38 @@ def have_compiled() -> None:
     RuntimeError
         Compiling failed; the message holds what the compiler said.
     """
-    folder = kernel_cache_folder()
-    done = folder / "complete"
+    folder = base_folder()
+    done = folder / f"{key_of_all()}.complete"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return
     if done.exists() or not os.access(folder, os.W_OK):
         return
-    with (folder / "lock").open("w") as lock:
+    with (folder / f"{key_of_all()}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if done.exists():
             return
-        found = subprocess.run(
-            [sys.executable, "-c", "from algorithms.warm_up import warm_up; warm_up()"],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            preexec_fn=_end_with_parent,
-            check=False,
-        )
-        if found.returncode != 0:
-            raise RuntimeError(f"the kernels cannot be compiled: {found.stderr.strip()[-2000:]}")
+        families = sorted({algorithm.family for algorithm in algorithms_by_name().values()})
+        with ThreadPoolExecutor(os.cpu_count()) as threads:
+            for said in threads.map(_compile, families):
+                if said:
+                    raise RuntimeError(f"the kernels cannot be compiled: {said}")
         done.touch()
+
+
+def _compile(family: str) -> str:
+    """Warm `family` up in a process of its own; return what it said if it failed, else nothing."""
+    found = subprocess.run(
+        [sys.executable, "-c", "from algorithms.warm_up import warm_up; warm_up(input())"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+        input=family,
+        capture_output=True,
+        text=True,
+        preexec_fn=_end_with_parent,
+        check=False,
+    )
+    return found.stderr.strip()[-2000:] or f"status {found.returncode}" if found.returncode else ""
 
 
 def _end_with_parent() -> None:

@@ -8,24 +8,40 @@ with one busy lane. One compiled length means that results do not depend on how 
 
 from __future__ import annotations
 
-from algorithms.toolbox.kernels.cache import use_kernel_cache
+import contextlib
+from collections.abc import Callable
+from typing import Any
 
-use_kernel_cache()
+import numba
 
-import numba  # noqa: E402 - the cache folder must be known before
+from algorithms.toolbox.kernels.cache import KernelCache
 
 LANES = 16
 """Trials side by side: 16 keep a nine-state filter inside the first-level cache."""
 
+
+def _compiled(**options: Any) -> Callable[[Any], Any]:
+    """Return numba's decorator with `options`, whose machine code is kept on disk under the key of its sources."""
+
+    def decorate(function: Any) -> Any:
+        dispatcher = numba.njit(nogil=True, error_model="numpy", **options)(function)
+        # A read-only home is no reason not to run: numba then compiles anew in each process.
+        with contextlib.suppress(OSError):
+            dispatcher._cache = KernelCache(function)
+        return dispatcher
+
+    return decorate
+
+
 # `contract` alone (fused multiply-add): the other fast-math flags change results with the surroundings.
-kernel = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", _nrt=True)
-inlined = numba.njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", inline="always")
+kernel = _compiled(fastmath={"contract"}, _nrt=True)
+inlined = _compiled(fastmath={"contract"}, inline="always")
 # For functions that create no array (the compiler refuses one that does): without the counting of references, which is
 # atomic and took a third of a multiple-model step, a slice or an argument costs nothing. Nothing is fused here: the
 # compiler cuts the loop over lanes into pieces and fused differently in each, so that a last digit hung on the lane.
-bare = numba.njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+bare = _compiled(_nrt=False)
 # Where an iteration ends by comparing numbers, a last digit can decide: here no two operations may be fused, so that
 # the result does not depend on how the compiler cut the code that surrounds it.
-strict = numba.njit(cache=True, nogil=True, error_model="numpy")
+strict = _compiled()
 
 __all__ = ["LANES", "bare", "inlined", "kernel", "strict"]
