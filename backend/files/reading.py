@@ -27,6 +27,7 @@ from backend.files.merging import (
     without_duplicates,
     without_empty_marks,
 )
+from backend.files.mixed_radars import look_at_radars
 from backend.files.options import ColumnSource, ReadLimits, ReadOptions
 from backend.files.packing import with_members
 from backend.files.plausibility import check_time_differences, look_at_altitudes, look_at_times
@@ -92,6 +93,8 @@ def read_recording(
     recording = _with_start(recording, part.epoch_s, options.start_utc)
     look_at_times(recording, findings)
     look_at_altitudes(recording, findings)
+    if isinstance(recording, PolarPlots):
+        look_at_radars(recording, findings)
     if isinstance(recording, ToaMarks) and recording.site is not None:
         check_time_differences(recording, recording.site)
     formats = dict.fromkeys(name for name, _ in read)

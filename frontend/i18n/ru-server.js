@@ -86,6 +86,7 @@ export const codes = {
   "warning.midnight_crossed": "Запись через полночь",
   "warning.origin_chosen": "Начало координат выбрано",
   "warning.other_traffic": "Пакеты без ASTERIX",
+  "warning.radars_mixed": "Похоже, отметки двух РЛС смешаны",
   "warning.reference_plane": "Опорная точка системы неизвестна",
   "warning.scans_cut": "Обзоры пронумерованы",
   "warning.scans_unknown": "Обзоры не определены",
