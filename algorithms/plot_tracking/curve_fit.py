@@ -14,20 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from algorithms.plot_tracking.curve_descent import descend
 from algorithms.plot_tracking.line_fit import fit_line
-from algorithms.plot_tracking.window import Bools, Fit, Ints, Window, solved, sum_of_squares, whitened
-from algorithms.toolbox.motion.curvature import Floats, from_three_positions, with_forward_speed
+from algorithms.plot_tracking.window import Bools, Fit, Ints, Window, solved, sum_of_squares
+from algorithms.toolbox.motion.curvature import Floats, from_three_positions
 
-# Typical are 3 to 12; what takes longer is a flat valley, and moderate motion is then expected instead.
-MOST_ITERATIONS = 25
-STEP_DONE = 1e-7
-DECREASE_DONE = 1e-10
-STEP_SMALL = 1e-3
-MOST_DAMPING = 1e12
 # With so many plots and a cost within so many of its standard deviations the minimum is the lowest.
 ONE_MINIMUM_PLOTS, COST_SIGMAS = 7, 3.0
-# Behind so many iterations a window that hardly gains is where it will be.
-SLOW_AFTER, SLOW_DECREASE, SLOW_STEP = 10, 1e-4, 0.1
 # Speeds below this give no direction to start from.
 LEAST_SPEED_MPS = 1.0
 LEAST_PRIOR_SPEED_MPS = 30.0
@@ -153,70 +146,12 @@ def three_point_start(window: Window) -> Floats:
 
 def _descend(window: Window, start: Floats, prior: Floats) -> Fit:
     """Levenberg and Marquardt from `start` (6, W), with weights of a and K in `prior` (2, W)."""
-    sound = np.array(np.isfinite(start).all(axis=0))
-    p = np.where(sound, start, 0.0)
-    count = p.shape[1]
-    r, j = whitened(window, p)
-    information, gradient = _normal(r, j, p, prior)
-    value = _value(r, p, prior)
-    damping = np.full(count, 1e-3)
-    done = np.logical_not(sound)
-    for iteration in range(MOST_ITERATIONS):
-        busy = np.flatnonzero(~done)
-        if not busy.size:
-            break
-        part = window.take(busy)
-        scale = np.sqrt(np.maximum(np.einsum("iiw->iw", information[:, :, busy]), 1e-300))
-        step = _damped(information[:, :, busy], gradient[:, busy], scale, damping[busy])
-        size = np.sqrt(sum_of_squares(step * scale))
-        trial = p[:, busy] + step
-        r, j = whitened(part, trial)
-        attempted = _value(r, trial, prior[:, busy])
-        better = attempted <= value[busy]
-        gained = (value[busy] - attempted) / np.maximum(value[busy], 1e-12)
-        done[busy] = (size < STEP_DONE) | (better & (gained < DECREASE_DONE) & (size < STEP_SMALL))
-        if iteration >= SLOW_AFTER:
-            # In a flat valley every step gains next to nothing: it is a hundredth of an error from the minimum.
-            done[busy] |= better & (gained < SLOW_DECREASE) & (size < SLOW_STEP)
-        damping[busy] = np.where(better, np.maximum(0.1 * damping[busy], 1e-12), 10.0 * damping[busy])
-        to = busy[better]
-        p[:, to], value[to] = trial[:, better], attempted[better]
-        information[:, :, to], gradient[:, to] = _normal(r[:, better], j[:, :, better], trial[:, better], prior[:, to])
-        # Nothing that it could still try is below: the minimum is as exact as the numbers allow.
-        done[busy] |= damping[busy] > MOST_DAMPING
-    p = with_forward_speed(p)
-    r, j = whitened(window, p)
-    information, _ = _normal(r, j, p, prior)
-    cost = np.where(sound, sum_of_squares(r), np.inf)
-    return Fit(p, information, cost, done & sound)
-
-
-def _normal(r: Floats, j: Floats, p: Floats, prior: Floats) -> tuple[Floats, Floats]:
-    """Information (6, 6, W) and half the negative gradient (6, W) of the penalised cost."""
-    # A product for each window, whose order of summing does not depend on its neighbours.
-    rows = np.ascontiguousarray(j.transpose(2, 1, 0))
-    information = np.ascontiguousarray((rows @ rows.swapaxes(1, 2)).transpose(1, 2, 0))
-    gradient = np.ascontiguousarray((rows @ r.T[..., None])[..., 0].T)
-    for i, weight in zip((4, 5), prior, strict=True):
-        information[i, i] += weight**2
-        gradient[i] -= weight**2 * p[i]
-    return information, gradient
-
-
-def _value(r: Floats, p: Floats, prior: Floats) -> Floats:
-    """Penalised cost, inf where it is no number."""
-    total = sum_of_squares(r) + sum_of_squares(prior * p[4:])
-    return np.where(np.isfinite(total), total, np.inf)
+    p, count = np.array(start, order="C"), start.shape[1]
+    information, cost, converged = np.empty((6, 6, count)), np.empty(count), np.empty(count, bool)
+    # One layout of all arrays, so that one version is compiled.
+    descend(*map(np.ascontiguousarray, window), p, np.ascontiguousarray(prior), information, cost, converged)
+    return Fit(p, information, cost, converged)
 
 
 def _total(found: Fit, prior: Floats) -> Floats:
     return found.cost + sum_of_squares(prior * found.p[4:])
-
-
-def _damped(information: Floats, gradient: Floats, scale: Floats, damping: Floats) -> Floats:
-    """Step of the damped normal equations, solved with a unit diagonal."""
-    scaled = np.moveaxis(information / (scale[:, None] * scale[None]), -1, 0).copy()
-    scaled[:, range(6), range(6)] += damping[:, None]
-    right = np.moveaxis(gradient / scale, -1, 0)[..., None]
-    out: Floats = np.linalg.solve(scaled, right)[..., 0].T / scale
-    return out

@@ -23,6 +23,8 @@ from algorithms.toolbox.motion.curvature import Floats, position, position_jacob
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 
+LARGEST_CONDITION = 1e14
+
 
 class Window(NamedTuple):
     """W windows of at most H plots; the newest is the last one, at t = 0."""
@@ -145,8 +147,8 @@ def covariance_of(information: Floats) -> Floats:
     if used.size:
         d = np.sqrt(diagonal[:, used])
         scaled = np.moveaxis(information[:, :, used] / (d[:, None] * d[None]), -1, 0)
-        sound = np.linalg.cond(scaled) < 1e14
-        inverse = np.moveaxis(np.linalg.inv(np.where(sound[:, None, None], scaled, np.eye(len(d)))), 0, -1)
+        inverse, sound = _inverted(scaled)
+        inverse = np.moveaxis(inverse, 0, -1)
         inverse = 0.5 * (inverse + inverse.swapaxes(0, 1)) / (d[:, None] * d[None])
         out[:, :, used] = np.where(sound, inverse, np.nan)
     return out
@@ -158,8 +160,17 @@ def solved(n: Floats, g: Floats) -> Floats:
     d = np.sqrt(np.where(diagonal > 0, diagonal, np.nan))
     scaled = np.moveaxis(n / (d[:, None] * d[None]), -1, 0)
     sound = np.isfinite(scaled).all(axis=(1, 2))
-    sound[sound] = np.linalg.cond(scaled[sound]) < 1e14
+    _, sound[sound] = _inverted(scaled[sound])
     out = np.full_like(g, np.nan)
     right = np.moveaxis(g[:, sound] / d[:, sound], -1, 0)[..., None]
     out[:, sound] = np.linalg.solve(scaled[sound], right)[..., 0].T / d[:, sound]
     return out
+
+
+def _inverted(matrices: Floats) -> tuple[Floats, Bools]:
+    """Inverses of a stack (W, m, m), and which of them mean something: their condition (1-norm) is small enough."""
+    # What the determinant calls singular would stop the inversion of all others.
+    sound = np.linalg.det(matrices) > 0
+    inverse = np.linalg.inv(np.where(sound[:, None, None], matrices, np.eye(matrices.shape[-1])))
+    condition = np.abs(matrices).sum(axis=1).max(axis=1) * np.abs(inverse).sum(axis=1).max(axis=1)
+    return inverse, sound & (condition < LARGEST_CONDITION)

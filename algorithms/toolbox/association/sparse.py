@@ -1,7 +1,7 @@
 """Nearest neighbours of many tracks and plots at once: pairs inside gates, and the best assignment among them.
 
 Gates leave each track a few plots, so the pairs are kept as a list. They fall into connected components, each of which
-is assigned by itself; most hold one track and one plot and need no solver.
+is assigned by itself; most hold one track or one plot and need no solver.
 
 References
 ----------
@@ -63,13 +63,15 @@ def most_pairs_at_least_cost(track: Ints, plot: Ints, cost: Floats) -> Ints:
     graph = coo_array((np.ones(track.size), (t, tracks.size + p)), shape=(n, n))
     _, part = connected_components(graph, directed=False)
     component = part[t]
+    # A track with its plots, or a plot with its tracks, is one pair: the cheapest.
+    star = (np.bincount(part[: tracks.size], minlength=n) == 1) | (np.bincount(part[tracks.size :], minlength=n) == 1)
+    simple = np.flatnonzero(star[component])
+    simple = simple[np.lexsort((cost[simple], component[simple]))]
+    _, cheapest = np.unique(component[simple], return_index=True)
     order = np.argsort(component, kind="stable")
-    sizes = np.bincount(component)
-    single = sizes[component] == 1
-    ends = np.cumsum(sizes)
-    several = [order[ends[c] - sizes[c] : ends[c]] for c in np.flatnonzero(sizes > 1)]
-    chosen = np.concatenate([np.flatnonzero(single), *(_assigned(pairs, t, p, cost) for pairs in several)])
-    return np.sort(chosen)
+    order = order[~star[component[order]]]
+    several = np.split(order, np.flatnonzero(np.diff(component[order])) + 1) if order.size else []
+    return np.sort(np.concatenate([simple[cheapest], *(_assigned(pairs, t, p, cost) for pairs in several)]))
 
 
 def _assigned(pairs: Ints, t: Ints, p: Ints, cost: Floats) -> Ints:
