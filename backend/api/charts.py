@@ -343,6 +343,7 @@ def chart_entry(services: Services, run: stored.Run, declared: stored.Entry, *, 
         table=table,
         arrays=lambda: load_entry_arrays(services.store, run, declared.label),
         parameters=declared.parameters,
+        key=f"{run.result_sha256}/{declared.label}" if run.result_sha256 else "",
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -69,16 +71,46 @@ class Estimates:
         return out
 
 
+@dataclass(frozen=True)
+class _Sorted:
+    """What `Estimates` holds beside its table."""
+
+    order: Ints
+    time_s: Floats
+    row: Ints
+    starts: NDArray[np.bool_]
+    used: NDArray[np.bool_]
+    moving: bool
+
+
+# The charts of one run read the same states one after another; sorting a million of them takes longer than drawing.
+_KEPT_ROWS = 3_000_000
+_FEW_ROWS = 20_000
+_kept: OrderedDict[str, _Sorted] = OrderedDict()
+_keeping = threading.Lock()
+
+
 def estimates_of(entry: Entry) -> Estimates:
     """Sort an entry's states; an entry without any gives an empty object."""
     table = entry.table("states")
+    with _keeping:
+        known = _kept.get(entry.key) if entry.key else None
+        if known is not None:
+            _kept.move_to_end(entry.key)
+    if known is None:
+        known = _sorted(table)
+        if entry.key and len(table) > _FEW_ROWS:
+            _keep(entry.key, known)
+    return Estimates(table=table, **vars(known))
+
+
+def _sorted(table: Table) -> _Sorted:
     time = numbers(table, "time_s")
     track = codes(table, "trial", "track")
     order = by_key_and_time(track, time)
     track = track[order]
     velocity = numbers(table, "velocity_east_mps")
-    return Estimates(
-        table=table,
+    return _Sorted(
         order=order,
         time_s=time[order],
         row=row_numbers(table)[order],
@@ -86,3 +118,14 @@ def estimates_of(entry: Entry) -> Estimates:
         used=used_marks(table)[order],
         moving=bool(np.isfinite(velocity).any()),
     )
+
+
+def _keep(key: str, found: _Sorted) -> None:
+    """Keep what was sorted last, as far as it is not too much."""
+    for array in (found.order, found.time_s, found.row, found.starts, found.used):
+        # Charts share them.
+        array.setflags(write=False)
+    with _keeping:
+        _kept[key] = found
+        while sum(one.order.size for one in _kept.values()) > _KEPT_ROWS:
+            _kept.popitem(last=False)

@@ -63,4 +63,4 @@ def run_view_of(view: RunView, target: str) -> RunView:
 
 
 def _entry_of(entry: Entry, target: str) -> Entry:
-    return replace(entry, table=lambda name: table_of(entry.table(name), target))
+    return replace(entry, table=lambda name: table_of(entry.table(name), target), key="")

@@ -79,6 +79,8 @@ class Entry:
     arrays: Callable[[], Mapping[str, NDArray[Any]]]
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """As the run gave them; what is missing has its default."""
+    key: str = ""
+    """The same for the same tables; empty where nobody vouches for that."""
 
 
 def swept_columns(table: Table) -> list[str]:
