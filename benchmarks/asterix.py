@@ -16,7 +16,8 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+# In place of this folder, in which this file has the name of the decoder.
+sys.path[0] = str(ROOT)
 
 AIRCRAFT = 100
 PERIOD_S = 4.0

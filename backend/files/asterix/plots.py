@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.recording import Floats, Ints, PolarPlots
 from backend.files.asterix.fields import identifications, named
-from backend.files.asterix.records import Records
+from backend.files.asterix.records import Records, constant
 from backend.files.report import Findings
 
 Mask = NDArray[np.bool_]
@@ -45,7 +46,7 @@ class Reports:
         return len(self.number)
 
     def take(self, keep: Ints | Mask) -> Reports:
-        """Return only these."""
+        """Return only these; a column of one value stays one."""
         return Reports(
             self.number[keep],
             self.position[keep],
@@ -54,9 +55,22 @@ class Reports:
             self.received_s[keep],
             self.is_truncated[keep],
             self.source[keep],
-            {n: v[keep] for n, v in self.numbers.items()},
-            {n: v[keep] for n, v in self.codes.items()},
+            {n: _taken(v, keep) for n, v in self.numbers.items()},
+            {n: _taken(v, keep) for n, v in self.codes.items()},
         )
+
+
+def _taken(column: NDArray[Any], keep: Ints | Mask) -> NDArray[Any]:
+    if column.strides != (0,) or not column.size:
+        return column[keep]
+    return constant(column[0], int(keep.sum()) if keep.dtype == bool else keep.size)
+
+
+def _of_all(columns: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """A column of several categories; what none of them has stays one value."""
+    if all(column.strides == (0,) for column in columns):
+        return constant(columns[0][0], sum(column.size for column in columns))
+    return np.concatenate(columns)
 
 
 _NUMBERS = (
@@ -88,8 +102,8 @@ def reports_of(tables: Sequence[Records]) -> Reports:
         np.full(len(full), np.nan),
         np.isnan(full) & np.isfinite(truncated),
         np.concatenate([np.where(t.codes("sac") < 0, -1, 256 * t.codes("sac") + t.codes("sic")) for t in tables]),
-        {role: np.concatenate([t.numbers(role) for t in tables]) for role in _NUMBERS},
-        {role: np.concatenate([t.codes(role) for t in tables]) for role in _CODES},
+        {role: _of_all([t.numbers(role) for t in tables]) for role in _NUMBERS},
+        {role: _of_all([t.codes(role) for t in tables]) for role in _CODES},
     )
     return joined if len(tables) == 1 else joined.take(np.argsort(joined.number, kind="stable"))
 

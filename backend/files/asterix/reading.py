@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from array import array
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,6 +43,7 @@ from backend.files.turns import TurnMarks
 _MARGIN = bytes(16)
 # Blocks of a category on which its editions are tried, spread over the file.
 _TRIED = 1000
+_AT_ONCE = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -148,11 +150,8 @@ def _walk(carried: Carried, blocks: Blocks, source: Source) -> _Opened:
     others: dict[int, int] = {}
     number = 0
     broken = 0
-    counts: list[int] = []
-    seen: set[int] = set()
-    repeats = 0
-    columns = zip(blocks.start.tolist(), blocks.end.tolist(), blocks.category.tolist(), strict=True)
-    for start, end, category in columns:
+    counts, hashes = array("q"), array("q")
+    for start, end, category in _each(blocks):
         before = number
         edition = editions.get(category)
         if edition is not None:
@@ -168,9 +167,7 @@ def _walk(carried: Carried, blocks: Blocks, source: Source) -> _Opened:
                     f"byte {carried.moved.file_position(behind)}: a record of CAT {category:03d} does not decode by "
                     f"edition {edition.text}: {why}; the last {end - behind} bytes of its data block were left out",
                 )
-            same = hash(data[start:end])
-            repeats += same in seen
-            seen.add(same)
+            hashes.append(hash(data[start:end]))
         elif category < 0:
             number += 1
             broken += 1
@@ -182,6 +179,7 @@ def _walk(carried: Carried, blocks: Blocks, source: Source) -> _Opened:
         if number > source.limits.max_rows:
             raise too_many_rows(source.content.name, source.limits.max_rows)
         counts.append(number - before)
+    repeats = len(hashes) - len(np.unique(np.frombuffer(hashes, np.int64))) if hashes else 0
     if repeats:
         findings.warn(
             "blocks_repeated",
@@ -200,8 +198,18 @@ def _walk(carried: Carried, blocks: Blocks, source: Source) -> _Opened:
     # Record numbers begin at 1, so the block of record n is the first that ends at n or later.
     block = np.searchsorted(np.cumsum(counts), reports.number)
     reports = replace(reports, received_s=blocks.time_s[block] if len(counts) else np.empty(0))
-    in_file = np.array([carried.moved.file_position(p) for p in reports.position.tolist()], np.int64)
-    return _Opened(replace(reports, position=in_file), number, carried.times, broken)
+    if carried.moved.start:
+        in_file = np.array([carried.moved.file_position(p) for p in reports.position.tolist()], np.int64)
+        reports = replace(reports, position=in_file)
+    return _Opened(reports, number, carried.times, broken)
+
+
+def _each(blocks: Blocks) -> Iterator[tuple[int, int, int]]:
+    """Start, end and category of each block; a million of them at once would be as many objects."""
+    for first in range(0, len(blocks.start), _AT_ONCE):
+        part = slice(first, first + _AT_ONCE)
+        columns = (blocks.start[part], blocks.end[part], blocks.category[part])
+        yield from zip(*(column.tolist() for column in columns), strict=True)
 
 
 def _editions(data: bytes, blocks: Blocks, source: Source) -> dict[int, Edition]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from algorithms.recording import Floats, Ints
 from backend.files.asterix.categories import Category
@@ -36,7 +39,9 @@ class Records:
         return len(self.number)
 
     def numbers(self, role: str) -> Floats:
-        """Values of a role in SI units and radians, NaN where a record has none."""
+        """Values of a role in SI units and radians, NaN where a record has none; read-only where none has any."""
+        if not self._has(role):
+            return constant(np.nan, len(self))
         columns = []
         for part in self._parts:
             out = np.full(len(part.number), np.nan)
@@ -47,7 +52,9 @@ class Records:
         return np.concatenate(columns)[self._order]
 
     def codes(self, role: str) -> Ints:
-        """Values of a role as the bits stand there, -1 where a record has none."""
+        """Values of a role as the bits stand there, -1 where a record has none; read-only where none has any."""
+        if not self._has(role):
+            return constant(-1, len(self))
         columns = []
         for part in self._parts:
             out = np.full(len(part.number), -1, np.int64)
@@ -55,6 +62,14 @@ class Records:
                 out = np.where(out < 0, one.raw(self._octets, position), out)
             columns.append(out)
         return np.concatenate(columns)[self._order]
+
+    def _has(self, role: str) -> bool:
+        return any((at != ABSENT).any() for part in self._parts for _, at in part.places(role))
+
+
+def constant(value: float, count: int) -> NDArray[Any]:
+    """One value so many times, which takes the room of one."""
+    return np.broadcast_to(np.array(value), count)
 
 
 class _Part:
