@@ -24,7 +24,7 @@ MAX_SERIES = 500
 # Instants of one trial: a batch of 64 trials of so many fits into a worker.
 MAX_INSTANTS = 50_000
 # Single values kept for quantiles and histograms, 4 bytes each.
-MAX_SINGLE_VALUES = 40_000_000
+MAX_SINGLE_VALUES = 6_000_000
 
 
 @dataclass(frozen=True)
