@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -89,24 +90,45 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
 }
 
 
-def _cases() -> list[Any]:
-    """Every chart on every recording of the kinds that it is ever drawn for."""
-    cases = []
-    for what, make in RECORDINGS.items():
-        kind = make().kind
-        for name, chart in charts("recording").items():
-            if chart.takes(kind):
-                cases.append(pytest.param(chart, lambda m=make: RecordingView(m()), id=f"recording {name}: {what}"))
-        for name, chart in charts("run").items():
-            for how, view in VIEWS.items() if chart.takes(kind) else ():
-                cases.append(pytest.param(chart, lambda m=make, v=view: v(m()), id=f"run {name}: {what}, {how}"))
-    return cases
+OPTIONS = (ChartOptions(), ChartOptions(points=50), ChartOptions(full=True))
 
 
-@pytest.mark.parametrize(("chart", "make"), _cases())
-@pytest.mark.parametrize("options", [ChartOptions(), ChartOptions(points=50), ChartOptions(full=True)], ids=str)
-def test_a_chart_holds_the_contract(chart: Chart, make: Callable[[], Any], options: ChartOptions) -> None:
-    drawn = chart.draw(make(), options)
+# What is drawn is made once for all charts: to make it takes longer than to draw one.
+@pytest.mark.parametrize("how", VIEWS)
+@pytest.mark.parametrize("what", RECORDINGS)
+def test_every_chart_of_a_run_holds_the_contract(what: str, how: str) -> None:
+    view = VIEWS[how](RECORDINGS[what]())
+    drawn = [name for name, chart in charts("run").items() if chart.takes(view.recording.kind)]
+    assert drawn
+    for name in drawn:
+        for options in OPTIONS:
+            with told(f"chart {name}, {options}"):
+                _holds_the_contract(charts("run")[name], view, options)
+
+
+@pytest.mark.parametrize("what", RECORDINGS)
+def test_every_chart_of_a_recording_holds_the_contract(what: str) -> None:
+    view = RecordingView(RECORDINGS[what]())
+    drawn = [name for name, chart in charts("recording").items() if chart.takes(view.recording.kind)]
+    assert drawn
+    for name in drawn:
+        for options in OPTIONS:
+            with told(f"chart {name}, {options}"):
+                _holds_the_contract(charts("recording")[name], view, options)
+
+
+@contextmanager
+def told(where: str) -> Iterator[None]:
+    """Say at which of many things a test failed."""
+    try:
+        yield
+    except Exception as error:
+        error.add_note(f"at {where}")
+        raise
+
+
+def _holds_the_contract(chart: Chart, view: Any, options: ChartOptions) -> None:
+    drawn = chart.draw(view, options)
     layout = drawn["layout"]
     assert layout["template"] == "none"
     assert layout["title"]["text"]
