@@ -16,6 +16,13 @@ REFERENCES: dict[str, str] = {
     "julier1997": (
         "S. J. Julier, J. K. Uhlmann. A new extension of the Kalman filter to nonlinear systems. Proc. SPIE 3068, 1997."
     ),
+    "bell1993": (
+        "B. M. Bell, F. W. Cathey. The iterated Kalman filter update as a Gauss-Newton method. IEEE Trans. AC 38 (2), "
+        "1993, pp. 294-297."
+    ),
+    "arasaratnam2009": (
+        "I. Arasaratnam, S. Haykin. Cubature Kalman filters. IEEE Trans. AC 54 (6), 2009, pp. 1254-1269."
+    ),
     "barshalom2001": (
         "Y. Bar-Shalom, X. R. Li, T. Kirubarajan. Estimation with Applications to Tracking and Navigation. Wiley, 2001."
     ),

@@ -129,7 +129,9 @@ def one_core(trials: int) -> None:
     recording = simulate(conditions_in, tuple(range(LANES)), 1)
     conditions = conditions_of(recording, parameters, profile="article", with_altitude=True)
     setup = filter_setup(recording, parameters, conditions, altitude=True)
-    marks = lanes.Marks(np.repeat(recording.time_s[:, None], LANES, axis=1), recording.toa_s, recording.altitude_m)
+    marks = lanes.decoded_marks(
+        np.repeat(recording.time_s[:, None], LANES, axis=1), recording.toa_s, recording.altitude_m
+    )
     now, rows = lanes.new_now(4), lanes.new_rows(4)
     report = lanes.new_report(MARKS, 4, LANES, covariance="position", receptions=False)
 

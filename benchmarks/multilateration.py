@@ -52,7 +52,7 @@ def kernel_run(recording: ToaMarks, profile: str) -> Callable[[], lanes.Report]:
     trials = recording.toa_s.shape[2]
     blocks = [slice(i, min(i + LANES, trials)) for i in range(0, trials, LANES)]
     marks = [
-        lanes.Marks(
+        lanes.decoded_marks(
             np.repeat(recording.time_s[:, None], b.stop - b.start, axis=1),
             np.ascontiguousarray(recording.toa_s[:, :, b]),
             np.ascontiguousarray(recording.altitude_m[:, b]),

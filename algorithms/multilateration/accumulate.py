@@ -99,7 +99,9 @@ def remember(lane, gate, setup, track, now):
         g.why[lane] = R_TOO_FEW
         g.error[lane] = np.nan
     g.gate[lane, m] = gate
-    g.altitude[lane, m] = now.altitude[lane] if now.has_altitude[lane] > 0.0 else np.nan
+    # What stands in for a decoded altitude is no better than what the fit believes anyway.
+    decoded = now.has_altitude[lane] > 0.0 and now.altitude_extra[lane] == 0.0
+    g.altitude[lane, m] = now.altitude[lane] if decoded else np.nan
     for s in range(g.toa.shape[2]):
         g.toa[lane, m, s] = now.toa[s, lane] if now.used[s, lane] > 0.0 else np.nan
     g.kept[lane] = m + 1

@@ -10,11 +10,13 @@ from algorithms.multilateration.lanes import (
     CLAIM_SHARE_OF_RANGE,
     IMPOSSIBLE_TOA,
     INITIALISED,
+    KNOWN_ALTITUDE_SD_M,
     NOT_INITIALISED,
     R_CLAIM,
     R_FEW,
     R_FIX,
     R_INCONSISTENT,
+    R_LEFT_IMPOSSIBLE,
     R_NO_SOLUTION,
     R_NO_START,
     R_NONE,
@@ -121,8 +123,9 @@ def _solve_lane(lane, setup, now):
     for s in range(n_stations):
         work[0, s] = now.toa[s, lane]
         work[1, s] = now.used[s, lane]
-    height = now.altitude[lane] if now.has_altitude[lane] > 0.0 else np.nan
-    known = 1 if now.has_altitude[lane] > 0.0 else 0
+    extra = now.altitude_extra[lane]
+    known = 1 if now.has_altitude[lane] > 0.0 and extra < KNOWN_ALTITUDE_SD_M**2 else 0
+    height = now.altitude[lane] if known == 1 else np.nan
     count = now.receptions[lane]
     if count + known < 4 or count < 3:
         return 0, R_NO_START
@@ -132,7 +135,7 @@ def _solve_lane(lane, setup, now):
         setup.stations,
         setup.variance,
         height,
-        setup.altitude_variance,
+        setup.altitude_variance + (extra if known == 1 else 0.0),
         setup.earth,
         setup.earth_centre,
         setup.earth_radius,
@@ -265,7 +268,8 @@ def _try_start(lane, gate, setup, track, now):
         return
     _count_start(lane, track)
     now.status[lane] = INITIALISED
-    now.reason[lane] = R_TWO if n == 2 else R_NONE
+    plain = R_LEFT_IMPOSSIBLE if now.spread_left[lane] > 0 else R_NONE
+    now.reason[lane] = R_TWO if n == 2 else plain
 
 
 @kernel

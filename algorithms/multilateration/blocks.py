@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.multilateration.altitudes import Altitudes
 from algorithms.multilateration.lanes import Marks, Report
 from algorithms.recording import ToaMarks
 from algorithms.toolbox.kernels import LANES
@@ -48,12 +49,16 @@ class TrialsOfTarget:
         """(L,) trial of each lane."""
         return np.arange(self.trials.start, self.trials.stop)
 
-    def marks(self, recording: ToaMarks, toa_s: Floats, k: int, stop: int) -> Marks:
+    def marks(self, recording: ToaMarks, toa_s: Floats, altitudes: Altitudes, k: int, stop: int) -> Marks:
         """Marks k <= i < stop of each lane."""
         chosen = self._chosen(k, stop)
         toa = np.ascontiguousarray(toa_s[chosen][:, :, self.trials])
         time = np.repeat(recording.time_s[chosen][:, None], toa.shape[2], axis=1)
-        return Marks(time, toa, np.ascontiguousarray(recording.altitude_m[chosen][:, self.trials]))
+        of = [
+            np.ascontiguousarray(values[chosen][:, self.trials])
+            for values in (altitudes.altitude_m, altitudes.extra_m2, altitudes.biased)
+        ]
+        return Marks(time, toa, *of)
 
     def put(self, into: Report, report: Report, highest: Ints, k: int, stop: int) -> int:
         """Write what the filter reported of these marks; return how many marks of trials they were."""
@@ -90,19 +95,23 @@ class TargetsOfTrial:
         """(L,) trial of each lane."""
         return np.zeros(len(self.rows), np.int64)
 
-    def marks(self, recording: ToaMarks, toa_s: Floats, k: int, stop: int) -> Marks:
+    def marks(self, recording: ToaMarks, toa_s: Floats, altitudes: Altitudes, k: int, stop: int) -> Marks:
         """Marks k <= i < stop of each lane; empty ones where a lane has ended."""
         lanes = len(self.rows)
         marks = Marks(
             np.full((stop - k, lanes), np.nan),
             np.full((stop - k, toa_s.shape[1], lanes), np.nan),
             np.full((stop - k, lanes), np.nan),
+            np.zeros((stop - k, lanes)),
+            np.zeros((stop - k, lanes)),
         )
         for lane, rows in enumerate(self.rows):
             here = rows[k:stop]
             marks.time[: here.size, lane] = recording.time_s[here]
             marks.toa[: here.size, :, lane] = toa_s[here, :, 0]
-            marks.altitude[: here.size, lane] = recording.altitude_m[here, 0]
+            marks.altitude[: here.size, lane] = altitudes.altitude_m[here, 0]
+            marks.altitude_extra[: here.size, lane] = altitudes.extra_m2[here, 0]
+            marks.altitude_biased[: here.size, lane] = altitudes.biased[here, 0]
         return marks
 
     def put(self, into: Report, report: Report, highest: Ints, k: int, stop: int) -> int:

@@ -14,6 +14,7 @@ from algorithms.multilateration.lanes import (
     NOT_INITIALISED,
     R_CLAIM,
     R_FEW,
+    R_LEFT_IMPOSSIBLE,
     R_REPAIRED,
     R_SCALED,
     R_SINGULAR,
@@ -109,6 +110,7 @@ def conclude(lanes, setup, track, now):
                 now.reason[lane] = R_FEW
             else:
                 now.status[lane] = UPDATED
+                now.reason[lane] = R_LEFT_IMPOSSIBLE if now.spread_left[lane] > 0 else now.reason[lane]
             if setup.robust and now.dof[lane] > 0:
                 fill = track.window_fill[lane]
                 track.window[fill % WINDOW_MARKS, lane] = min(now.nis[lane] / now.dof[lane], WINDOW_CAP)

@@ -9,6 +9,7 @@ from algorithms.multilateration import lanes
 from algorithms.multilateration.begin import emission_offset
 from algorithms.multilateration.conditions import Conditions
 from algorithms.multilateration.fix import residual_rms, solve_mark
+from algorithms.multilateration.mark_at_hand import impossible_reception
 from algorithms.recording import ToaMarks
 from algorithms.spec import RunContext
 from algorithms.toolbox.kernels import kernel
@@ -64,11 +65,18 @@ def solve_marks(
                 toa_m[s] = SPEED_OF_LIGHT_MPS * value if here else 0.0
                 used[s] = 1.0 if here else 0.0
                 count += 1 if here else 0
+            wrong = -1
             possible = True
             for s in range(n_stations):
                 for q in range(s):
                     if used[s] * used[q] * abs(toa_m[s] - toa_m[q]) > spread_limit[s, q]:
                         possible = False
+            if not possible:
+                wrong = impossible_reception(toa_m, used, spread_limit)
+                if wrong >= 0:
+                    used[wrong] = 0.0
+                    count -= 1
+                    possible = True
             height = altitude[k, trial]
             known = 1 if np.isfinite(height) else 0
             if known == 0:
@@ -113,7 +121,8 @@ def solve_marks(
             if count + known > 4:
                 cost_out[k, trial] = cost[0]
             status[k, trial] = lanes.AMBIGUOUS if n == 2 else lanes.UPDATED
-            reason[k, trial] = lanes.R_TWO if n == 2 else lanes.R_NONE
+            plain = lanes.R_LEFT_IMPOSSIBLE if wrong >= 0 else lanes.R_NONE
+            reason[k, trial] = lanes.R_TWO if n == 2 else plain
 
 
 def solve_recording(

@@ -154,8 +154,10 @@ def _build(m, setup, choice, now, bank, rows):
     )  # fmt: skip
     altitude_row(now.altitude, bank.at[m], x, 3, setup.earth, bank.h[m, n], bank.nu[m, n])
     for lane in range(LANES):
-        bank.nu[m, n, lane] -= x[9, lane]
-        bank.variance[m, n, lane] = choice.altitude_variance
+        # What stands in for a decoded altitude need not have its bias.
+        bank.along[n, lane] = now.altitude_biased[lane]
+        bank.nu[m, n, lane] -= now.altitude_biased[lane] * x[9, lane]
+        bank.variance[m, n, lane] = choice.altitude_variance + now.altitude_extra[lane]
         bank.active[m, n, lane] = now.has_altitude[lane]
     for r in range(n + 1):
         for lane in range(LANES):
@@ -256,7 +258,8 @@ def _settle(lanes, setup, choice, track, bank, now):
         if bank.on[lane] == 1 and now.status[lane] == UPDATED and bank.left[lane] != 0:
             now.reason[lane] = R_LEFT_ALTITUDE if bank.left[lane] < 0 else R_LEFT_RECEPTION
         if track.live[lane] == 1 and bank.on[lane] == 0 and track.rival[lane] == 0:
-            take_over(lane, setup, choice, track, bank, now.altitude[lane], now.has_altitude[lane] > 0.0)
+            decoded = now.has_altitude[lane] > 0.0 and now.altitude_extra[lane] == 0.0
+            take_over(lane, setup, choice, track, bank, now.altitude[lane], decoded)
 
 
 @strict

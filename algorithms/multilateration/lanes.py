@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.multilateration.gathered import Gathered, new_gathered
 from algorithms.toolbox.kernels import LANES
 
 Floats = NDArray[np.float64]
@@ -56,6 +57,7 @@ REASONS = (
     "started from several marks together",
     "one reception was left out: the others agree without it",
     "the altitude was left out: the receptions agree without it",
+    "one reception was left out: it cannot have come from where the others did",
 )
 # Words may be put better; these names stay.
 REASON_CODES = (
@@ -82,11 +84,12 @@ REASON_CODES = (
     "several_marks",
     "reception_left_out",
     "altitude_left_out",
+    "impossible_reception",
 )
 (R_NONE, R_FEW, R_NO_START, R_NO_SOLUTION, R_RESIDUAL, R_CLAIM, R_GAP, R_INCONSISTENT, R_FIX) = range(9)
 (R_TWO, R_SPREAD, R_OLD, R_SINGULAR, R_SCALED, R_REPAIRED) = range(9, 15)
 (R_TOO_FEW, R_SAME_PAIR, R_SEVERAL, R_POOR, R_NOT_STRAIGHT, R_TOGETHER) = range(15, 21)
-(R_LEFT_RECEPTION, R_LEFT_ALTITUDE) = range(21, 23)
+(R_LEFT_RECEPTION, R_LEFT_ALTITUDE, R_LEFT_IMPOSSIBLE) = range(21, 24)
 
 GAP_S = 60.0
 STALE_S = 20.0
@@ -96,6 +99,8 @@ START_VELOCITY_SD_MPS = 300.0
 START_ACCELERATION_SD_MPS2 = 10.0
 # How straight a flight is taken to be, from whose marks a track is started.
 STRAIGHT_ACCELERATION_SD_MPS2 = 0.5
+# A height that is known no better than this does not help to solve a single mark.
+KNOWN_ALTITUDE_SD_M = 500.0
 SCALE_FROM_SIGMA = 3.0
 CLAIM_SHARE_OF_RANGE = 0.2
 WINDOW_MARKS = 20
@@ -108,6 +113,9 @@ EIGENVALUE_FLOOR = 1e-9
 WINDOW_CAP = 25.0
 RIVAL_COST_GAP = 9.0
 RELINEARISATIONS = 3
+# How a mark enters the estimate; `raw` keeps the emission time as a state.
+UPDATES = ("ekf", "iekf", "ukf", "ckf", "raw")
+(EKF, IEKF, UKF, CKF, RAW) = range(5)
 
 
 class Marks(NamedTuple):
@@ -116,6 +124,15 @@ class Marks(NamedTuple):
     time: Floats
     toa: Floats
     altitude: Floats
+    altitude_extra: Floats
+    """(M, L) m^2, by which the altitude's variance differs from a decoded one's: 0 of a decoded altitude"""
+    altitude_biased: Floats
+    """(M, L) 1 where the altitude has the bias of a decoded one"""
+
+
+def decoded_marks(time: Floats, toa: Floats, altitude: Floats) -> Marks:
+    """Marks whose altitudes are all decoded."""
+    return Marks(time, toa, altitude, np.zeros(altitude.shape), np.ones(altitude.shape))
 
 
 class Setup(NamedTuple):
@@ -146,29 +163,10 @@ class Setup(NamedTuple):
     gather_altitude: float
     gather_altitude_variance: float
     """Altitude that is assumed for a start where none is decoded."""
-
-
-class Gathered(NamedTuple):
-    """Marks that a lane without a track keeps for a start from several of them; W marks at most, 0 = none is kept."""
-
-    gate: Floats
-    """(LANES, W)"""
-    toa: Floats
-    """(LANES, W, S) m, c times the times of arrival, NaN where not received"""
-    altitude: Floats
-    """(LANES, W) m, NaN where not decoded"""
-    kept: Ints
-    """How many marks there are."""
-    due: Ints
-    """Marks still to come before the next fit."""
-    failures: Ints
-    """Fits in vain since the pile was full."""
-    heard: Ints
-    """Most stations that any of its fits had."""
-    why: Ints
-    """Reason of the last failure."""
-    error: Floats
-    """m, claimed horizontal error of the last fit, NaN where there is none"""
+    update: int
+    """Index into `UPDATES`."""
+    emission_variance: float
+    """m^2, of c times the emission time before the mark, where it is a state"""
 
 
 class Track(NamedTuple):
@@ -226,6 +224,10 @@ class Now(NamedTuple):
     """(S, LANES), 1 where received"""
     altitude: Floats
     has_altitude: Floats
+    altitude_extra: Floats
+    altitude_biased: Floats
+    spread_left: Ints
+    """1 + the station whose reception cannot be that of the others' pulse and is left out; 0 = none"""
     receptions: Ints
     """How many stations heard the mark."""
     possible: Ints
@@ -287,6 +289,9 @@ def new_now(stations: int) -> Now:
         used=np.zeros((stations, LANES)),
         altitude=np.zeros(LANES),
         has_altitude=np.zeros(LANES),
+        altitude_extra=np.zeros(LANES),
+        altitude_biased=np.zeros(LANES),
+        spread_left=np.zeros(LANES, np.int64),
         receptions=np.zeros(LANES, np.int64),
         possible=np.zeros(LANES, np.int64),
         elapsed=np.zeros(LANES),
@@ -326,21 +331,6 @@ def new_rows(stations: int) -> Rows:
         covariance=np.zeros((6, LANES)),
         nis=np.zeros(LANES),
         sums=np.zeros(6 * LANES),
-    )
-
-
-def new_gathered(stations: int, marks: int) -> Gathered:
-    """Empty piles of so many marks at most."""
-    return Gathered(
-        gate=np.zeros((LANES, marks)),
-        toa=np.zeros((LANES, marks, stations)),
-        altitude=np.zeros((LANES, marks)),
-        kept=np.zeros(LANES, np.int64),
-        due=np.zeros(LANES, np.int64),
-        failures=np.zeros(LANES, np.int64),
-        heard=np.zeros(LANES, np.int64),
-        why=np.zeros(LANES, np.int64),
-        error=np.full(LANES, np.nan),
     )
 
 

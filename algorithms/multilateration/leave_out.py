@@ -46,10 +46,10 @@ def _nis_without(lane, m, skip, setup, choice, now, bank, rows, s):
         rows[n, 0] = gx
         rows[n, 1] = gy
         rows[n, 2] = gz
-        rows[n, 3] = 1.0 if choice.bias_variance > 0.0 else 0.0
+        rows[n, 3] = now.altitude_biased[lane] if choice.bias_variance > 0.0 else 0.0
         rows[n, 4] = now.altitude[lane] - h - rows[n, 3] * start[3, lane]
         rows[n, 5] = 0.0
-        s[n, n] = choice.altitude_variance
+        s[n, n] = choice.altitude_variance + now.altitude_extra[lane]
         n += 1
     dof = n - 1 if received > 0 else n
     if dof <= 0:

@@ -6,7 +6,7 @@ import numpy as np
 
 from algorithms.multilateration.begin import drop, emission_offset
 from algorithms.multilateration.lanes import COAST, GAP_S, R_NONE, R_OLD, REJECTED_TIME
-from algorithms.toolbox.kernels import LANES, inlined
+from algorithms.toolbox.kernels import LANES, inlined, kernel
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 
 
@@ -20,6 +20,9 @@ def read_mark(k, marks, setup, now):
         now.possible[lane] = 1
         now.has_altitude[lane] = 0.0
         now.altitude[lane] = 0.0
+        now.altitude_extra[lane] = 0.0
+        now.altitude_biased[lane] = 0.0
+        now.spread_left[lane] = 0
         now.elapsed[lane] = 0.0
         now.go[lane] = 0.0
         now.iterate[lane] = 0
@@ -39,12 +42,66 @@ def read_mark(k, marks, setup, now):
                 both = now.used[s, lane] * now.used[q, lane]
                 apart = both * abs(now.toa[s, lane] - now.toa[q, lane])
                 now.possible[lane] = 0 if apart > limit else now.possible[lane]
+    if setup.robust:
+        for lane in range(lanes):
+            if now.possible[lane] == 0:
+                _leave_impossible_out(lane, setup, now)
     if setup.use_altitude:
         for lane in range(lanes):
             value = marks.altitude[k, lane]
             here = np.isfinite(value)
             now.altitude[lane] = value if here else 0.0
             now.has_altitude[lane] = 1.0 if here else 0.0
+            now.altitude_extra[lane] = marks.altitude_extra[k, lane]
+            now.altitude_biased[lane] = marks.altitude_biased[k, lane]
+
+
+@kernel
+def impossible_reception(toa_m, used, spread_limit):
+    """Station without whose reception the others can be one pulse: -1 where there is none, or not one alone.
+
+    toa_m, used : (S,). Every impossible pair must have the station in it. One impossible pair alone has two: then the
+    later is meant, for a reflected pulse is late and never early, and the others must be two at least beside it.
+    """
+    n = toa_m.shape[0]
+    count = 0
+    for s in range(n):
+        count += 1 if used[s] > 0.0 else 0
+    if count < 3:
+        return -1
+    found = -1
+    for j in range(n):
+        if used[j] == 0.0:
+            continue
+        alone = True
+        for s in range(n):
+            for q in range(s):
+                if s != j and q != j and used[s] * used[q] * abs(toa_m[s] - toa_m[q]) > spread_limit[s, q]:
+                    alone = False
+        if alone:
+            if found >= 0 and (count < 4 or toa_m[j] < toa_m[found]):
+                if count < 4:
+                    return -1
+                continue
+            found = j
+    return found
+
+
+@kernel
+def _leave_impossible_out(lane, setup, now):
+    """Leave the one reception out of a lane's mark that makes its spread impossible, where there is one."""
+    n = setup.stations.shape[0]
+    toa = np.empty(n)
+    used = np.empty(n)
+    for s in range(n):
+        toa[s] = now.toa[s, lane]
+        used[s] = now.used[s, lane]
+    found = impossible_reception(toa, used, setup.spread_limit)
+    if found >= 0:
+        now.used[found, lane] = 0.0
+        now.receptions[lane] -= 1
+        now.possible[lane] = 1
+        now.spread_left[lane] = found + 1
 
 
 @inlined

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.multilateration.lanes import RELINEARISATIONS, RIVAL_COST_GAP, SCALE_FROM_SIGMA
+from algorithms.multilateration.joint_update import update_jointly
+from algorithms.multilateration.lanes import EKF, RELINEARISATIONS, RIVAL_COST_GAP, SCALE_FROM_SIGMA
 from algorithms.toolbox.kernels import LANES, inlined, kernel
 from algorithms.toolbox.kernels.unrolled import update_rows_3, update_rows_9
 from algorithms.toolbox.sensors.altitude import altitude_row
@@ -31,7 +32,7 @@ def _build_rows(setup, now, go, x, rows):
     )
     altitude_row(now.altitude, now.at, x, 3, setup.earth, rows.h[n_stations], rows.nu[n_stations])
     for lane in range(LANES):
-        rows.variance[n_stations, lane] = setup.altitude_variance
+        rows.variance[n_stations, lane] = setup.altitude_variance + now.altitude_extra[lane]
         rows.active[n_stations, lane] = now.has_altitude[lane]
     for r in range(n_stations + 1):
         for lane in range(LANES):
@@ -96,6 +97,19 @@ def measure(which, rivals, setup, track, now, go, rows):
     """Update the block's tracks (or their rivals) with the mark."""
     x = track.x[which]
     p = track.p[which]
+    if setup.update == EKF:
+        _measure_by_rows(which, setup, track, now, go, x, p, rows)
+    else:
+        update_jointly(setup, now, go, x, p, rows.nis)
+    if rivals > 0:
+        for lane in range(LANES):
+            gain = rows.nis[lane] + np.log(now.determinant[lane])
+            track.cost[which, lane] += gain if track.rival[lane] == 1 else 0.0
+
+
+@inlined
+def _measure_by_rows(which, setup, track, now, go, x, p, rows):
+    """Update by uncorrelated scalar rows, all linearised at one point."""
     for a in range(3):
         for lane in range(LANES):
             rows.start[a, lane] = x[3 * a, lane]
@@ -111,10 +125,6 @@ def measure(which, rivals, setup, track, now, go, rows):
     if not setup.robust:
         for lane in range(LANES):
             now.nis[lane] = rows.nis[lane]
-    if rivals > 0:
-        for lane in range(LANES):
-            gain = rows.nis[lane] + np.log(now.determinant[lane])
-            track.cost[which, lane] += gain if track.rival[lane] == 1 else 0.0
 
 
 @kernel

@@ -27,6 +27,7 @@ from algorithms.multilateration.parameters import (
     SMOOTHINGS,
     AltitudeParameters,
     FilterWithAltitudeParameters,
+    MissingAltitudeParameters,
     StartParameters,
 )
 from algorithms.multilateration.tables import tabulate
@@ -38,7 +39,7 @@ from algorithms.spec import Algorithm, Reference, RunContext, parameter
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE
 
 
-class MlatImmParameters(StartParameters, AltitudeParameters):
+class MlatImmParameters(StartParameters, AltitudeParameters, MissingAltitudeParameters):
     """Parameters of the filter with interacting models."""
 
     altitude: Literal["none", "white", "bias_state"] = parameter(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.multilateration.altitudes import SOURCES
 from algorithms.multilateration.lanes import REASONS, STATUS
 from algorithms.result import Output, Result
 
@@ -43,6 +44,9 @@ FILTER_OUTPUTS = (
         "m",
         "claimed horizontal error of the best start from several marks, while it is not accepted",
     ),
+    Output("altitude_source", ("mark", "trial"), "", "where the mark's altitude comes from", SOURCES),
+    Output("altitude_given_m", ("mark", "trial"), "m", "the altitude, decoded or standing in for one; NaN = none"),
+    Output("altitude_sigma_m", ("mark", "trial"), "m", "its standard deviation"),
 )
 
 MODELS_OUTPUTS = (

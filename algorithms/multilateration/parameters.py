@@ -24,6 +24,12 @@ PROCESS_NOISES = {
     "pwc": "jerk constant between marks",
     "white": "white jerk: depends on elapsed time only",
 }
+UPDATES = {
+    "ekf": "linearised at the prediction (extended Kalman filter)",
+    "iekf": "linearised again at its own solution (iterated)",
+    "ukf": "over 19 points (unscented)",
+    "ckf": "over 18 points (cubature)",
+}
 SMOOTHINGS = {
     "none": "estimate after each mark, from the marks up to it",
     "fixed_interval": "estimate from all marks of the track, for work after the flight",
@@ -111,6 +117,47 @@ class AltitudeParameters(MarkParameters):
     50-300 m; the reader of real recordings therefore proposes 125 m. Empty = the site's value."""
 
 
+class EmitterAltitude(Parameters):
+    """Altitude of emitters of a type."""
+
+    emitter_type: str = parameter(title="Type", group="measurement", min_length=1, max_length=80)
+    """As in the recording's column `emitter_type`."""
+    altitude_m: float = parameter(title="Altitude", unit="m", group="measurement", ge=-1e3, le=4e4)
+    """Where emitters of this type usually are."""
+    sigma_m: float = parameter(title="Its error", unit="m", group="measurement", gt=0, le=1e5)
+    """Standard deviation of that."""
+
+
+class MissingAltitudeParameters(Parameters):
+    """What stands in for an altitude where none is decoded."""
+
+    missing_altitude: Literal["unused", "held", "type", "class"] = parameter(
+        "unused",
+        title="Where no altitude is decoded",
+        group="measurement",
+        choices={
+            "unused": "the mark has none",
+            "held": "the last decoded one, less certain with every second",
+            "type": "the last decoded one, or that of the emitter's type",
+            "class": "the last decoded one, that of the type, or the assumed altitude",
+        },
+    )
+    """Of several the most certain one is taken."""
+    emitter_altitudes: tuple[EmitterAltitude, ...] = parameter(
+        (), title="Altitudes of emitter types", group="measurement", advanced=True, max_length=100
+    )
+    """What is known of emitters by their type alone (ship, glider, airliner)."""
+    held_altitude_growth_mps: float = parameter(
+        3.0, title="Climb while nothing is decoded", unit="m/s", group="measurement", advanced=True, ge=0, le=1e3
+    )
+    """Standard deviation of climb and descent, by which an altitude held grows uncertain."""
+    missing_altitude_time_s: float = parameter(
+        30.0, title="Time of a stand-in", unit="s", group="measurement", advanced=True, ge=0, le=1e6
+    )
+    """Altitudes that were not decoded have a common error: those within this time weigh together as one. 0 = each
+    counts as if its error were its own."""
+
+
 class StartParameters(MarkParameters):
     """What describes where a track starts."""
 
@@ -175,5 +222,18 @@ class FilterParameters(StartParameters):
     """Whether the whole track is smoothed afterwards (Rauch-Tung-Striebel)."""
 
 
-class FilterWithAltitudeParameters(FilterParameters, AltitudeParameters):
+class FilterWithAltitudeParameters(FilterParameters, AltitudeParameters, MissingAltitudeParameters):
     """A range-difference filter with altitude."""
+
+
+class UpdateParameters(Parameters):
+    """How a mark enters the estimate."""
+
+    update: Literal["ekf", "iekf", "ukf", "ckf"] = parameter(
+        "ekf",
+        title="Update",
+        group="measurement",
+        advanced=True,
+        choices=UPDATES,
+    )
+    """How a mark enters the estimate. The others are for comparison: with an altitude all give the same."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 from algorithms.multilateration.bound import horizontal_bound
 from algorithms.multilateration.measures import measure
 from algorithms.multilateration.outputs import FILTER_OUTPUTS
-from algorithms.multilateration.parameters import FilterParameters
+from algorithms.multilateration.parameters import FilterParameters, UpdateParameters
 from algorithms.multilateration.tables import tabulate
 from algorithms.multilateration.tracker import run_filter, score_filter
 from algorithms.recording import ToaMarks
@@ -21,7 +21,7 @@ from algorithms.scores import Floats, Scores
 from algorithms.spec import Algorithm, Reference, RunContext
 
 
-class RdfParameters(FilterParameters):
+class RdfParameters(FilterParameters, UpdateParameters):
     """Parameters of the range-difference filter."""
 
 
@@ -50,7 +50,13 @@ ALGORITHM = Algorithm(
     parameters=RdfParameters,
     outputs=FILTER_OUTPUTS,
     charts=("plan", "drms", "nis", "radial_error", "altitude", "height", "residuals", "receptions"),
-    references=(Reference("chugunov2023", "eqs. (5)-(23)"), Reference("barshalom2001", "sec. 10.3")),
+    references=(
+        Reference("chugunov2023", "eqs. (5)-(23)"),
+        Reference("barshalom2001", "sec. 10.3"),
+        Reference("bell1993"),
+        Reference("julier1997"),
+        Reference("arasaratnam2009"),
+    ),
     run=run,
     tabulate=tabulate,
     measure=measure,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from algorithms.multilateration import lanes
+from algorithms.multilateration.altitudes import SOURCES
 from algorithms.multilateration.outputs import position_covariance
 from algorithms.multilateration.parameters import AltitudeParameters
 from algorithms.multilateration.receivers import assess_receivers
@@ -29,7 +30,7 @@ _UPDATING = (
     lanes.AMBIGUOUS,
 )
 # Marks that entered as they should, of which something is to be told all the same.
-_WORTH_TELLING = (lanes.R_TOGETHER, lanes.R_LEFT_RECEPTION, lanes.R_LEFT_ALTITUDE)
+_WORTH_TELLING = (lanes.R_TOGETHER, lanes.R_LEFT_RECEPTION, lanes.R_LEFT_ALTITUDE, lanes.R_LEFT_IMPOSSIBLE)
 MODELS = ("straight flight", "manoeuvre")
 _POSITION = [0, 3, 6]
 _VELOCITY = [1, 4, 7]
@@ -112,6 +113,10 @@ def _states(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
     columns["row"] = rows.row
     columns["target"] = rows.target
     columns["covariance_east_north_m2"] = _flat(cov[:, 1])
+    if "altitude_source" in a:
+        columns["altitude_source"] = Texts.coded(_flat(a["altitude_source"]), SOURCES)
+        columns["altitude_given_m"] = _flat(a["altitude_given_m"])
+        columns["altitude_sigma_m"] = _flat(a["altitude_sigma_m"])
     return Table(columns)
 
 
@@ -271,10 +276,14 @@ def _reasons(recording: ToaMarks, result: Result, reason: NDArray[Any], keep: ND
         for i in np.flatnonzero(np.isfinite(error)).tolist():
             more[i] = f"predicted error {float(f'{error[i] / 1e3:.2g}'):g} km"
     marks = len(recording)
-    for i in np.flatnonzero(reason[keep] == lanes.R_LEFT_RECEPTION).tolist():
+    # Also of a mark that something else is told of: a reception of it may have been left out.
+    for i in np.flatnonzero(np.isin(_flat(result.arrays["status"])[keep], _UPDATING)).tolist():
         mark, trial = keep[i] % marks, keep[i] // marks
-        received = np.isfinite(recording.toa_s[mark, :, trial]) & ~result.arrays["used"][mark, :, trial]
-        more[i] = "station " + recording.stations[int(np.flatnonzero(received)[0])]
+        used = result.arrays["used"][mark, :, trial]
+        left = np.flatnonzero(np.isfinite(recording.toa_s[mark, :, trial]) & ~used)
+        if left.size and used.any():
+            more[i] = "without " if reason[keep[i]] not in _WORTH_TELLING else ""
+            more[i] += "station " + ", ".join(recording.stations[s] for s in left)
     if not more:
         return words
     longer = list(words)

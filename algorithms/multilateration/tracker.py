@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from algorithms.errors import ParameterError, RecordingError
 from algorithms.multilateration import lanes
+from algorithms.multilateration.altitudes import Altitudes, altitudes_of
 from algorithms.multilateration.bank import Choice, new_bank, with_altitude_noise
 from algorithms.multilateration.blocks import blocks_of
 from algorithms.multilateration.conditions import Conditions, conditions_of, given_or_default, toa_of
@@ -16,7 +17,7 @@ from algorithms.multilateration.filter_kernel import filter_marks
 from algorithms.multilateration.imm_kernel import filter_marks_by_models
 from algorithms.multilateration.lanes import Report, Setup, Track
 from algorithms.multilateration.outputs import position_part
-from algorithms.multilateration.parameters import FilterParameters, Start
+from algorithms.multilateration.parameters import FilterParameters, MarkParameters, MissingAltitudeParameters, Start
 from algorithms.multilateration.smoothing import check_size, smooth_report
 from algorithms.recording import ToaMarks
 from algorithms.result import Note, Result, Setting
@@ -42,6 +43,7 @@ def run_filter(
     *,
     altitude: bool,
     models: Choice | None = None,
+    emission_sd_m: float | None = None,
 ) -> Result:
     """Filter every target of a recording (specification 4-6), with or without the altitude observation, by one model or
     by two that interact.
@@ -53,13 +55,18 @@ def run_filter(
     RunCancelled
         Where the context says so.
     """
-    report, conditions, settings = _filtered(
-        recording, parameters, context, altitude=altitude, lean=False, models=models
+    report, conditions, settings, altitudes = _filtered(
+        recording, parameters, context, altitude=altitude, lean=False, models=models, emission_sd_m=emission_sd_m
     )
-    notes = conditions.notes
+    notes = conditions.notes + altitudes.notes()
     if keeps_position_alone(recording) and parameters.smoothing == "none":
         notes = (*notes, Note("position_covariance", POSITION_COVARIANCE))
     arrays = _arrays(recording, report) | ({} if models is None else _of_models(report))
+    arrays |= {
+        "altitude_source": altitudes.source,
+        "altitude_given_m": altitudes.altitude_m,
+        "altitude_sigma_m": altitudes.sigma_m,
+    }
     return Result(arrays, notes, settings)
 
 
@@ -75,9 +82,12 @@ def score_filter(
     *,
     altitude: bool,
     models: Choice | None = None,
+    emission_sd_m: float | None = None,
 ) -> Scores:
     """Filter a block of simulated trials and score it against the truth."""
-    report, _, _ = _filtered(recording, parameters, context, altitude=altitude, lean=True, models=models)
+    report, _, _, _ = _filtered(
+        recording, parameters, context, altitude=altitude, lean=True, models=models, emission_sd_m=emission_sd_m
+    )
     return score_positions(
         time_s=recording.time_s,
         target=recording.target,
@@ -100,9 +110,10 @@ def _filtered(
     altitude: bool,
     lean: bool,
     models: Choice | None = None,
-) -> tuple[Report, Conditions, dict[str, Setting]]:
+    emission_sd_m: float | None = None,
+) -> tuple[Report, Conditions, dict[str, Setting], Altitudes]:
     """Run the kernel over all targets and trials; a lean report has what scores need: no receptions, and of the
-    covariance the position's.
+    covariance the position's. `emission_sd_m`: the emission time is a state, with so wide a prior (times c).
     """
     conditions = conditions_of(recording, parameters, profile=parameters.profile, with_altitude=altitude)
     settings = (
@@ -113,15 +124,20 @@ def _filtered(
             "sigma_jerk_mps3": given_or_default(parameters, "sigma_jerk_mps3"),
             "smoothing": given_or_default(parameters, "smoothing"),
         }
+        | ({"update": given_or_default(parameters, "update")} if hasattr(parameters, "update") else {})
+        | _altitude_settings(parameters, altitude=altitude)
         | _start_settings(parameters)
     )
     setup = filter_setup(recording, parameters, conditions, altitude=altitude)
+    if emission_sd_m is not None:
+        setup = setup._replace(update=lanes.RAW, emission_variance=emission_sd_m**2)
     if models is not None:
         # What starts a track knows no bias: to it the altitude is so much less certain.
         models = with_altitude_noise(models, conditions)
         setup = setup._replace(altitude_variance=models.altitude_variance + models.bias_variance)
     gathered = int(settings["start_marks"].value)
     toa = toa_of(recording, conditions)
+    altitudes = altitudes_of(recording, toa, parameters if altitude else None, conditions.sigma_altitude_m)
     stations, trials = toa.shape[1:]
     is_smoothed = parameters.smoothing == "fixed_interval"
     if is_smoothed:
@@ -140,7 +156,7 @@ def _filtered(
         for k in range(0, block.size, step):
             context.check_cancelled()
             stop = min(k + step, block.size)
-            marks = block.marks(recording, toa, k, stop)
+            marks = block.marks(recording, toa, altitudes, k, stop)
             report = lanes.new_report(
                 stop - k, stations, marks.time.shape[1], covariance=kept, receptions=not lean, models=with_models
             )
@@ -155,7 +171,7 @@ def _filtered(
     # Every target counts its tracks from one; in the recording they go on from target to target.
     before = np.cumsum(highest, axis=0) - highest
     whole.track[:] = np.where(whole.track > 0, whole.track + before[recording.target], 0)
-    return whole, conditions, settings
+    return whole, conditions, settings, altitudes
 
 
 def filter_setup(recording: ToaMarks, parameters: FilterParameters, conditions: Conditions, *, altitude: bool) -> Setup:
@@ -182,6 +198,19 @@ def _start_settings(parameters: FilterParameters) -> dict[str, Setting]:
     settings = {name: given_or_default(parameters, name) for name in names}
     if parameters.profile == "article":
         settings["start_marks"] = Setting(0, "profile")
+    return settings
+
+
+def _altitude_settings(parameters: MarkParameters, *, altitude: bool) -> dict[str, Setting]:
+    """Tell what stands in for altitudes that are not decoded."""
+    wanted = getattr(parameters, "missing_altitude", None)
+    if not altitude or wanted is None:
+        return {}
+    names = list(MissingAltitudeParameters.model_fields)
+    settings = {name: given_or_default(parameters, name) for name in (names[:1] if wanted == "unused" else names)}
+    if "emitter_altitudes" in settings:
+        table = settings["emitter_altitudes"]
+        settings["emitter_altitudes"] = Setting([row.model_dump() for row in table.value], table.source)
     return settings
 
 
@@ -216,6 +245,8 @@ def setup_of(
         gather_time_s=gathering.start_window_s,
         gather_altitude=gathering.start_altitude_m,
         gather_altitude_variance=gathering.start_altitude_sd_m**2,
+        update=lanes.UPDATES.index(getattr(gathering, "update", "ekf")),
+        emission_variance=0.0,
     )
 
 

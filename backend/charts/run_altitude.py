@@ -33,6 +33,9 @@ MARK = "%{x:.3f} s, row %{customdata}"
 SIGMAS = 1.959964
 # The first view follows what was decoded and what is true; estimates without altitude may be kilometres off.
 VIEW_MARGIN = 0.5
+# An altitude that was not decoded, by where it came from.
+STAND_INS = {"held": "altitude held", "type": "altitude of the type", "class": "assumed altitude"}
+SYMBOLS = {"held": "line-ew-open", "type": "diamond-open", "class": "square-open"}
 BAR_OPACITY = 0.3
 BARS = 150
 
@@ -59,6 +62,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         )
         _add_band(entry, states, height, options, traces)
         estimated.append((entry, states, height))
+    for entry, states, _ in estimated:
+        notes += _add_stand_ins(entry, states, options, traces, picked)
     for entry, states, height in estimated:
         _add_estimate(entry, states, height, options, traces, picked)
     truth = altitude_from_position(recording.truth_m, earth)
@@ -112,6 +117,40 @@ def _add_decoded(
             **hover(points, "decoded", f"%{{y:.0f}} m<br>{MARK}", [("target", names)]),
         )
     )
+
+
+def _add_stand_ins(
+    entry: Entry, states: Estimates, options: ChartOptions, traces: list[Trace], picked: list[Picked]
+) -> list[ChartNote]:
+    """Hollow markers where an entry took another altitude than a decoded one, by where it came from."""
+    if "altitude_source" not in states.table.columns:
+        return []
+    source = states.words("altitude_source")
+    given, sigma = states.numbers("altitude_given_m"), states.numbers("altitude_sigma_m")
+    notes = []
+    for kind, words in STAND_INS.items():
+        points = thin(np.flatnonzero((source == kind) & np.isfinite(given)), options.marks)
+        if points.of == 0:
+            continue
+        picked.append(points)
+        color = theme.series_color(entry.index)
+        traces.append(
+            trace(
+                "measurement",
+                points.take(states.time_s),
+                options.number(points.take(given)),
+                entry=entry,
+                name=f"{entry.label}, {words}",
+                mode="markers",
+                marker={"color": color, "size": 6, "symbol": SYMBOLS[kind], "opacity": 0.6},
+                customdata=points.take(states.row),
+                **hover(points, f"{entry.label}, {words}", f"%{{y:.0f}} m<br>{MARK}"),
+            )
+        )
+        widest = float(np.nanmax(sigma[source == kind]))
+        text = f"{points.of} altitudes were not decoded: {words}, standard deviation up to {widest:.0f} m."
+        notes.append(ChartNote(f"altitude_{kind}", text, label=entry.label))
+    return notes
 
 
 def _add_truth(

@@ -78,7 +78,7 @@ def one_update(receptions: list[int], altitude_m: float | None) -> lanes.Report:
     track.p[0, :, 0] = pack(PRIOR)
     track.live[0] = track.number[0] = 1
     report = lanes.new_report(1, 4, 1)
-    marks = lanes.Marks(recording.time_s[:, None], recording.toa_s, recording.altitude_m)
+    marks = lanes.decoded_marks(recording.time_s[:, None], recording.toa_s, recording.altitude_m)
     filter_marks(marks, setup, track, lanes.new_now(4), lanes.new_rows(4), report, 0, 1)
     return report
 

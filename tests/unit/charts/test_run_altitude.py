@@ -64,3 +64,19 @@ def test_wild_heights_are_outside_the_first_view(note_of) -> None:
     drawn = DRAW(complete_run(marks(3), up_m=np.array([3000.0, 90000.0, 3000.0])), ChartOptions())
     assert drawn["layout"]["yaxis"]["range"][1] < 5000
     assert note_of(drawn, "outside_view").startswith("Outside the first view: 1 of 3 estimates")
+
+
+def test_altitudes_that_were_not_decoded_say_where_they_come_from(traces_of, note_of) -> None:
+    source = ["decoded", "held", "held", "type", "class", "none"]
+    more = {
+        "altitude_source": source,
+        "altitude_given_m": np.array([3030.0, 3030.0, 3030.0, 20.0, 6000.0, np.nan]),
+        "altitude_sigma_m": np.array([50.0, 60.0, 70.0, 15.0, 3500.0, np.nan]),
+    }
+    drawn = DRAW(complete_run(marks(6), **more), ChartOptions())
+    named = {t["name"].split(", ")[-1]: t for t in traces_of(drawn, "measurement")}
+    assert named["altitude held"]["y"].tolist() == [3030, 3030]
+    assert named["altitude held"]["customdata"].tolist() == [2, 3]
+    assert named["altitude of the type"]["y"].tolist() == [20]
+    assert named["assumed altitude"]["y"].tolist() == [6000]
+    assert note_of(drawn, "altitude_held").endswith("altitude held, standard deviation up to 70 m.")

@@ -108,14 +108,39 @@ def test_what_a_row_used_is_told_in_words() -> None:
     assert words[60 + 30] == " ".join([*names, "altitude"])
 
 
-def test_impossible_spread_rejects_the_mark() -> None:
+def test_an_impossible_reception_is_left_out_and_named() -> None:
     recording = straight()
     toa = recording.toa_s[30, :, 0].copy()
     toa[0] += 1e-3  # 300 km between stations 17 km apart
-    for result in (filtered(changed(recording, 30, toa)), solved(changed(recording, 30, toa))):
-        assert words(result)[30] == "impossible_toa"
-        assert not result.arrays["used"][30].any()
+    bad, gone = toa.copy(), toa.copy()
+    gone[0] = np.nan
+    for method in (filtered, solved):
+        result = method(changed(recording, 30, bad))
+        assert lanes.REASON_CODES[result.arrays["reason"][30, 0]] == "impossible_reception"
+        assert result.arrays["used"][30, :, 0].tolist() == [False, True, True, True]
+        without = method(changed(recording, 30, gone))
+        np.testing.assert_array_equal(result.arrays["state"], without.arrays["state"])
+        decisions = rdfv.ALGORITHM.tabulate(changed(recording, 30, bad), result)["decisions"].columns
+        assert any(str(r).endswith("the others did; station 1") for r in decisions["reason"])
+
+
+def test_an_impossible_spread_that_no_single_reception_explains_rejects_the_mark() -> None:
+    recording = straight()
+    toa = recording.toa_s[30, :, 0].copy()
+    toa[0] += 1e-3
+    toa[1] -= 1e-3
+    two = np.array([toa[0], toa[1], np.nan, np.nan])
+    for wrong in (toa, two):
+        for result in (filtered(changed(recording, 30, wrong)), solved(changed(recording, 30, wrong))):
+            assert words(result)[30] == "impossible_toa"
+            assert not result.arrays["used"][30].any()
     assert np.isfinite(filtered(changed(recording, 30, toa)).arrays["state"][30, 0, 0]), "the track goes on"
+    # The article's profile has no such rule.
+    started = {"mode": "given", "state": tuple(filtered(recording).arrays["state"][29, :, 0]), "sd": (50, 20, 1)}
+    article = filtered(
+        changed(recording, 30, recording.toa_s[30, :, 0] * [1e4, 1, 1, 1]), profile="article", start=started
+    )
+    assert words(article)[30] == "impossible_toa"
 
 
 def test_a_late_reception_is_downweighted_and_does_no_harm() -> None:
