@@ -2,10 +2,10 @@
 
 numba's own cache does not notice an edited *callee*: a cached caller goes on with the old one. The key of a source file
 is therefore a hash of itself and of every kernel source that it imports, at first or second hand; of the versions of
-numba, llvmlite and numpy, and of the CPU; and of the place of the sources, because numba finds a function by its path:
-a second checkout would take the folder of the first for complete and compile in every process. An edit compiles again
-what it can reach, and no other family. The folders lie in the user's cache folder (`FILTERROOM_KERNEL_CACHE`, default
-`$XDG_CACHE_HOME/filterroom`), shared by server, command line and tests.
+Python, numba, llvmlite and numpy, and of the CPU. An edit compiles again what it can reach, and no other family. Where
+the sources lie does not matter: checkouts and installations of the same sources share their kernels. The folders lie
+in the user's cache folder (`FILTERROOM_KERNEL_CACHE`, default `$XDG_CACHE_HOME/filterroom`), shared by server, command
+line and tests.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import ast
 import fcntl
 import hashlib
 import os
+import platform
 from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numba
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 _ALGORITHMS = Path(__file__).resolve().parents[2]
 # What defines or inlines a kernel imports its decorator; what only calls compiled functions may change freely.
@@ -45,6 +45,34 @@ def folder_of(path: Path) -> Path:
     return base_folder() / _key(_reached(path))
 
 
+class _Place(_CacheLocator):  # type: ignore[misc]
+    """Where numba keeps a function: numba's own places hang on the path of the source, this one on what it says."""
+
+    def __init__(self, function: Any) -> None:
+        self._folder = folder_of(Path(function.__code__.co_filename).resolve())
+        # numba names it where it warns.
+        self._py_file = function.__code__.co_filename
+        self._line = function.__code__.co_firstlineno
+        self.ensure_cache_path()
+
+    @classmethod
+    def from_function(cls, py_func: Any, _py_file: str) -> _Place:
+        return cls(py_func)
+
+    def get_cache_path(self) -> str:
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        return self._folder.name
+
+    def get_disambiguator(self) -> str:
+        return str(self._line)
+
+
+class _Impl(CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (_Place,)
+
+
 class KernelCache(FunctionCache):  # type: ignore[misc]
     """numba's cache of one function, in the folder of its source, safe for processes that compile at once.
 
@@ -57,14 +85,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         The folder cannot be made or written.
     """
 
-    def __init__(self, function: Any) -> None:
-        folder = folder_of(Path(function.__code__.co_filename).resolve())
-        folder.mkdir(parents=True, exist_ok=True)
-        if not os.access(folder, os.W_OK):
-            # numba would fall back on a folder beside the sources, which notices no edited callee.
-            raise PermissionError(f"{folder} cannot be written")
-        numba.config.CACHE_DIR = str(folder)
-        super().__init__(function)
+    _impl_class = _Impl
 
     def _save_overload(self, sig: Any, data: Any) -> None:
         with (Path(self.cache_path) / "lock").open("w") as lock:
@@ -81,13 +102,14 @@ def _key(sources: Iterable[Path]) -> str:
 
 @cache
 def _surroundings() -> bytes:
-    """Place, compiler and processor, in which all keys differ from those of another machine."""
+    """Compiler and processor, in which all keys differ from those of another machine."""
     import llvmlite.binding as llvm
 
     cpu = os.environ.get("NUMBA_CPU_NAME") or llvm.get_host_cpu_name()
     features = os.environ.get("NUMBA_CPU_FEATURES") or llvm.get_host_cpu_features().flatten()
+    python = platform.python_version()
     versions = [f"{package}={version(package)}" for package in ("numba", "llvmlite", "numpy")]
-    return "\0".join([str(_ALGORITHMS), *versions, cpu, features]).encode()
+    return "\0".join([python, *versions, cpu, features]).encode()
 
 
 def _defines_kernels(path: Path) -> bool:
