@@ -28,6 +28,7 @@ from algorithms.spec import LocalContext
 from algorithms.toolbox.filters.transition import transition_over
 from algorithms.toolbox.frames.bicone import antenna_axes, covariance_from_bicone
 from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.kernels.fused import fma
 from algorithms.warm_up import have_compiled
 
 OPERATIONS = {"imm": 4_444, "gpb2": 8_344, "gpb1": 3_407}
@@ -43,10 +44,10 @@ def multiply_add(rounds, x, y):
         for chain in range(8):
             row = y[chain]
             for lane in range(LANES):
-                row[lane] = row[lane] * x[lane] + x[lane]
-                row[lane] = row[lane] * x[lane] + x[lane]
-                row[lane] = row[lane] * x[lane] + x[lane]
-                row[lane] = row[lane] * x[lane] + x[lane]
+                row[lane] = fma(row[lane], x[lane], x[lane])
+                row[lane] = fma(row[lane], x[lane], x[lane])
+                row[lane] = fma(row[lane], x[lane], x[lane])
+                row[lane] = fma(row[lane], x[lane], x[lane])
 
 
 def seconds(work: Callable[[], object], rounds: int = 3) -> float:

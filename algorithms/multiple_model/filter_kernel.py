@@ -2,7 +2,8 @@
 
 A group is one measurement, or the plots of one scan among which at most one is the target's. It goes through
 
-1. `_begin`     which lanes start, coast, reject or take a measurement (specification 8);
+1. `_begin`     which lanes start, coast, reject or take a measurement (specification 8); where all of them take the
+                one there is (`_together`) nothing is decided, filled or reported lane by lane;
 2. `_choose`    with a gate: the plot nearest to the prediction, in each lane;
 3. `_move`      all hypotheses to its time, in one step or, over a long gap, in steps of the base interval;
 4. rows for each hypothesis, `absorb`, `conclude` (`toolbox.filters.multiple_model`);
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.multiple_model.filter_report import finish, start, write
+from algorithms.multiple_model.filter_report import all_usual, finish, start, write, write_together
 from algorithms.multiple_model.states import (
     COASTING,
     OUTSIDE_GATE,
@@ -58,6 +59,38 @@ def region_of(setup, x, y, z):
         if inside:
             return c
     return count
+
+
+@bare
+def _together(k, stop, lanes, marks, setup, state, now):
+    """Whether the group is one row that every lane takes; then say so."""
+    if stop != k + 1:
+        return False
+    valid, live, last, time = marks.valid[k], state.live, state.time, marks.time[k]
+    ready = 0
+    for lane in range(lanes):
+        dt = time - last[lane]
+        ready += 1 if valid[lane] == 1 and live[lane] == 1 and dt > 0.0 and dt <= setup.timeout_s else 0
+    if ready < lanes:
+        return False
+    dt, go, fresh, shown, status, reason, chosen = (
+        now.dt, now.go, now.fresh, now.shown, now.status, now.reason, now.chosen
+    )  # fmt: skip
+    for lane in range(lanes):
+        dt[lane] = time - last[lane]
+    for lane in range(lanes):
+        go[lane] = 1.0
+    for lane in range(lanes):
+        fresh[lane] = 0.0
+    for lane in range(lanes):
+        shown[lane] = 1
+    for lane in range(lanes):
+        status[lane] = UPDATED
+    for lane in range(lanes):
+        reason[lane] = R_NONE
+    for lane in range(lanes):
+        chosen[lane] = k
+    return True
 
 
 @bare
@@ -117,8 +150,26 @@ def _fill(row, lane_row, lanes, marks, now):
 
 
 @bare
+def _fill_together(row, lanes, marks, now):
+    """The same where every lane has the row."""
+    for a in range(3):
+        z, y, sd, from_z, from_y = now.z[a], now.y[a], now.sd[a], marks.z[row, a], marks.y[row, a]
+        value = marks.sd[row, a]
+        for lane in range(lanes):
+            z[lane] = from_z[lane]
+        for lane in range(lanes):
+            y[lane] = from_y[lane]
+        for lane in range(lanes):
+            sd[lane] = value
+
+
+@bare
 def _move(bank, setup, track, work, state, now):
     """Move all hypotheses over `now.dt`; long gaps in steps where they are asked for."""
+    if setup.substep_above_s == np.inf:
+        clip = advance(bank, track, work, now.dt, now.region)
+        state.clip[0] = clip if np.isnan(clip) else max(state.clip[0], clip)
+        return
     for lane in range(LANES):
         long = now.go[lane] > 0.0 and now.dt[lane] > setup.substep_above_s
         now.left[lane] = now.dt[lane] if long else 0.0
@@ -217,15 +268,19 @@ def filter_groups(marks, setup, bank, track, state, work, rows, now, report, fir
     hypotheses = work.s.shape[0]
     for g in range(first, last):
         k, stop = marks.group[g], marks.group[g + 1]
-        fresh = _begin(k, stop, lanes, marks, setup, bank, track, state, now, rows)
-        if fresh > 0:
+        together = _together(k, stop, lanes, marks, setup, state, now)
+        if not together and _begin(k, stop, lanes, marks, setup, bank, track, state, now, rows) > 0:
             settle_start(bank, track, work, now.fresh)
         if setup.heights.shape[0] > 0:
             for lane in range(lanes):
                 now.region[lane] = region_of(setup, track.common[0, lane], track.common[3, lane], track.common[6, lane])
         if np.isfinite(setup.gate):
+            together = False
             _choose(k, stop, lanes, marks, setup, bank, track, state, work, rows, now, report)
-        _fill(-1, now.chosen, lanes, marks, now)
+        if together:
+            _fill_together(k, lanes, marks, now)
+        else:
+            _fill(-1, now.chosen, lanes, marks, now)
         if marks.boost.shape[0] > 0:
             for lane in range(lanes):
                 track.boost[lane] = marks.boost[now.chosen[lane], lane]
@@ -237,8 +292,11 @@ def filter_groups(marks, setup, bank, track, state, work, rows, now, report, fir
                 linearised(mark, setup.way, now.go, work.s[h], rows)
             else:
                 _same_rows(now.y, now.go, work.s[h], rows.r)
-            absorb(work, h, rows.r, rows.log_volume)
+            absorb(bank, work, h, rows.r, rows.log_volume)
         conclude(bank, track, work, now.go)
+        if together and all_usual(lanes, marks, setup, bank, track, state, work, now, report):
+            write_together(k, lanes, setup, bank, track, work, state, now, report)
+            continue
         if finish(lanes, marks, setup, bank, track, state, work, now, report, rows) > 0:
             settle_start(bank, track, work, now.fresh)
         coasting = 0

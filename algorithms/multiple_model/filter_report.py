@@ -15,6 +15,7 @@ from algorithms.multiple_model.states import (
     RESTARTED,
     UNUSUAL,
     UNUSUAL_NIS,
+    UPDATED,
 )
 from algorithms.toolbox.filters.merging import copy_hypothesis
 from algorithms.toolbox.filters.multiple_model import combine, place, start_lane
@@ -44,21 +45,31 @@ def start(row, lane, marks, setup, bank, track, state, now, rows):
 
 
 @bare
-def _judge(track, now):
-    """Add up every model's numbers and take the least variance of each lane: what is not finite or negative shows."""
-    for lane in range(LANES):
-        now.total[lane] = 0.0
-        now.least[lane] = 1.0
-    for m in range(track.log.shape[0]):
+def all_usual(lanes, marks, setup, bank, track, state, work, now, report):
+    """Where every lane took row `now.chosen`: do what `finish` does, if nothing in it has to be decided."""
+    row, models, lead, nis = now.chosen[0], track.log.shape[0], track.lead, now.total
+    step = models + 1 if work.s.shape[0] > models else 1
+    for m in range(models):
+        found = work.nis[m * step]
         for lane in range(LANES):
-            now.total[lane] += track.log[m, lane]
-        for i in range(9):
-            mean, variance = track.s[m, i], track.s[m, place(i, i)]
-            least = 0.0 if i % 3 == 0 else -1e-300
-            for lane in range(LANES):
-                now.total[lane] += mean[lane] + variance[lane]
-                # A position is never known exactly; an acceleration that a model pins is.
-                now.least[lane] = min(now.least[lane], 1.0 if variance[lane] > least else -1.0)
+            nis[lane] = found[lane] if m == 0 or lead[lane] == m else nis[lane]
+    limit, long = UNUSUAL_NIS[marks.dof[row] - 1], min(setup.substep_above_s, bank.rate_above_s)
+    sound, evidence, dt = work.sound, work.evidence, now.dt
+    usual = 0
+    for lane in range(lanes):
+        usual += 1 if sound[lane] == 1.0 and nis[lane] <= limit and dt[lane] <= long else 0
+    for lane in range(lanes):
+        usual += 1 if evidence[lane] - evidence[lane] == 0.0 else 0
+    if usual < 2 * lanes or setup.fade > 0.0:
+        return False
+    out, times, sensors, time, sensor = report.nis[row], state.time, state.sensor, marks.time[row], marks.sensor[row]
+    for lane in range(lanes):
+        out[lane] = nis[lane]
+    for lane in range(lanes):
+        times[lane] = time
+    for lane in range(lanes):
+        sensors[lane] = sensor
+    return True
 
 
 @bare
@@ -66,12 +77,11 @@ def finish(lanes, marks, setup, bank, track, state, work, now, report, rows):
     """What became of the rows; lanes whose numbers lost their meaning start anew; the manoeuvre detector."""
     models = track.log.shape[0]
     again = 0
-    _judge(track, now)
     for lane in range(lanes):
         if now.go[lane] == 0.0:
             continue
         row = now.chosen[lane]
-        if now.least[lane] < 0.0 or not np.isfinite(now.total[lane]):
+        if work.sound[lane] < 1.0 or not np.isfinite(work.evidence[lane]):
             now.status[lane] = RESTARTED
             now.reason[lane] = R_RESTARTED
             now.go[lane] = 0.0
@@ -167,3 +177,41 @@ def write(k, stop, lanes, coasting, setup, bank, track, work, state, now, report
                 report.model_state[row, m, i, lane] = work.s[h, i, lane] if coasts else track.s[m, i, lane]
             if now.go[lane] > 0.0:
                 report.likelihood[row, m, lane] = work.likelihood[h, lane]
+
+
+@bare
+def _put_row(values, first, lanes, row, out):
+    """Write rows of `values` (K, LANES), from the first on, into row `row` of out (M, J, L)."""
+    for i in range(out.shape[1]):
+        ours, theirs = values[first + i], out[row, i]
+        for lane in range(lanes):
+            theirs[lane] = ours[lane]
+
+
+@bare
+def write_together(row, lanes, setup, bank, track, work, state, now, report):
+    """The same where every lane took the one row that there is."""
+    combine(bank, track, work, now.answer)
+    if bank.structure != 0 and setup.heights.shape[0] > 0:
+        copy_hypothesis(now.answer, track.common)
+    status, track_number, number = report.status[row], report.track[row], state.number
+    for lane in range(lanes):
+        status[lane] = UPDATED
+    for lane in range(lanes):
+        track_number[lane] = number[lane]
+    _put_row(now.answer, 0, lanes, row, report.state)
+    _put_row(work.share, 0, lanes, row, report.probability)
+    models = track.log.shape[0]
+    if report.model_state.shape[0] == 0:
+        for a in range(3):
+            for b in range(a + 1):
+                ours, theirs = now.answer[place(3 * a, 3 * b)], report.covariance[row, a * (a + 1) // 2 + b]
+                for lane in range(lanes):
+                    theirs[lane] = ours[lane]
+        return
+    _put_row(now.answer, 9, lanes, row, report.covariance)
+    for m in range(models):
+        h = m * (models + 1) if work.s.shape[0] > models else m
+        _put_row(track.s[m], 0, lanes, row, report.model_state[:, m])
+        for lane in range(lanes):
+            report.likelihood[row, m, lane] = work.likelihood[h, lane]

@@ -161,7 +161,6 @@ class Now(NamedTuple):
     small: Floats
     """(3, 6) of one lane"""
     total: Floats
-    least: Floats
     keep: Floats
     weight: Floats
     """(H, LANES) of the predicted hypotheses"""
@@ -207,7 +206,7 @@ def new_now(hypotheses: int) -> Now:
         chosen=np.zeros(LANES, np.int64), distance=np.zeros(LANES), best=np.zeros(LANES), limit=np.zeros(LANES),
         left=np.zeros(LANES), step=np.zeros(LANES), stepping=np.zeros(LANES), z=np.zeros((3, LANES)),
         y=np.zeros((3, LANES)), sd=np.ones((3, LANES)), answer=np.zeros((54, LANES)), predicted=np.zeros((54, LANES)),
-        block=np.zeros((6, LANES)), small=np.zeros((3, 6)), total=np.zeros(LANES), least=np.zeros(LANES),
+        block=np.zeros((6, LANES)), small=np.zeros((3, 6)), total=np.zeros(LANES),
         keep=np.zeros(LANES), weight=np.zeros((hypotheses, LANES)),
     )  # fmt: skip
 

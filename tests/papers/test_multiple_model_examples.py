@@ -190,7 +190,8 @@ def one_step(structure: str, rule: str, *, moment: bool = True):
     for m in range(3):
         track.s[m, :9] = STATES[m][:, None]
         track.s[m, 9:] = pack(np.kron(AXES, BLOCKS[m]))[:, None]
-    track.log[:] = np.log([0.90, 0.07, 0.03])[:, None]
+    track.share[:] = np.array([0.90, 0.07, 0.03])[:, None]
+    track.log[:] = np.log(track.share)
     common = np.zeros((54, LANES))
     combine(bank._replace(output_moment=1), track, work, common)
     track.common[:] = common
@@ -202,7 +203,7 @@ def one_step(structure: str, rule: str, *, moment: bool = True):
         rows[:9] = inverse.ravel()[:, None]
         rows[9:12] = (inverse @ (MARK - work.s[h, [0, 3, 6], 0]))[:, None]
         rows[12:18] = 1.0
-        absorb(work, h, rows, np.full(LANES, 2 * np.log(np.diag(root)).sum()))
+        absorb(bank, work, h, rows, np.full(LANES, 2 * np.log(np.diag(root)).sum()))
     conclude(bank, track, work, np.ones(LANES))
     combine(bank, track, work, common)
     return track, work, common

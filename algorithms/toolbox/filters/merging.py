@@ -30,7 +30,15 @@ import numpy as np
 from algorithms.toolbox.filters.transition import LN_ZERO
 from algorithms.toolbox.kernels import LANES, bare
 from algorithms.toolbox.kernels.exponential import exponential, logarithm
-from algorithms.toolbox.kernels.hypothesis import add_9, merge_2_9, merge_3_9, merge_4_9
+from algorithms.toolbox.kernels.hypothesis import (
+    add_9,
+    merge_2_6,
+    merge_2_9,
+    merge_3_6,
+    merge_3_9,
+    merge_4_6,
+    merge_4_9,
+)
 
 RULES = ("moment", "max", "combined", "modified", "combined_sum", "modified_pair")
 """Names of the rules; a kernel takes the position in this tuple."""
@@ -40,35 +48,22 @@ NOTHING = 0.5 * LN_ZERO
 
 
 @bare
-def log_sum(logs, total, spare):
-    """Write ln sum exp of (K, LANES) over K into `total`, (LANES,); `spare` (2, LANES) is room to work in."""
-    sums = spare[0]
-    _exponents(logs, logs, total, sums, 0)
-    for lane in range(LANES):
-        total[lane] += logarithm(sums[lane])
-
-
-@bare
-def _exponents(logs, weight, top, sums, keep):
-    """Largest logarithm and the sum of exp(l - top) of each lane; these terms into `weight` where `keep` is 1."""
+def exponents(logs, weight, top, sums):
+    """Of logarithms (K, LANES) write the largest into `top`, exp(l - top) into `weight` and their sum into `sums`."""
     k = logs.shape[0]
     for lane in range(LANES):
         top[lane] = logs[0, lane]
         sums[lane] = 0.0
     for i in range(1, k):
-        for lane in range(LANES):
-            top[lane] = max(top[lane], logs[i, lane])
-    for i in range(k):
         row = logs[i]
-        if keep == 1:
-            out = weight[i]
-            for lane in range(LANES):
-                out[lane] = exponential(row[lane] - top[lane])
-            for lane in range(LANES):
-                sums[lane] += out[lane]
-        else:
-            for lane in range(LANES):
-                sums[lane] += exponential(row[lane] - top[lane])
+        for lane in range(LANES):
+            top[lane] = max(top[lane], row[lane])
+    for i in range(k):
+        row, out = logs[i], weight[i]
+        for lane in range(LANES):
+            out[lane] = exponential(row[lane] - top[lane])
+        for lane in range(LANES):
+            sums[lane] += out[lane]
 
 
 @bare
@@ -78,65 +73,86 @@ def merge_weights(logs, main, rule, weight, total, spare):
     `main` < 0 = there is no main one; `spare` (2, LANES) is room to work in.
     """
     k = logs.shape[0]
-    if k == 1:
-        for lane in range(LANES):
-            weight[0, lane] = 1.0
-            total[lane] = logs[0, lane]
-        return
-    m = max(main, 0)
     sums, top = spare[0], spare[1]
-    _exponents(logs, weight, top, sums, 1)
-    for lane in range(LANES):
-        total[lane] = top[lane] + logarithm(sums[lane])
-    if rule == MOMENT:
-        for lane in range(LANES):
-            sums[lane] = 1.0 / sums[lane]
-        for i in range(k):
-            for lane in range(LANES):
-                weight[i, lane] *= sums[lane]
-    elif rule in (COMBINED, COMBINED_SUM):
-        _choose_main(m, rule, weight, sums)
-    else:
-        for lane in range(LANES):
-            _choose(logs, m, rule, weight, total, lane, top[lane])
+    exponents(logs, weight, top, sums)
+    choose_weights(main, rule, weight, sums, total)
     nothing = 0
     for lane in range(LANES):
+        total[lane] += top[lane]
         nothing += 1 if top[lane] < NOTHING else 0
     if nothing == 0:
         return
     for lane in range(LANES):
         if top[lane] < NOTHING:
             for i in range(k):
-                weight[i, lane] = 1.0 if i == m else 0.0
+                weight[i, lane] = 1.0 if i == max(main, 0) else 0.0
             total[lane] = LN_ZERO
 
 
 @bare
-def _choose_main(m, rule, weight, sums):
-    """Weights where main may stand alone and all others are merged; `weight` holds exp(l - top), 1 for the largest."""
+def choose_weights(main, rule, weight, sums, total):
+    """Turn probabilities (K, LANES) of any scale, and their sum, into weights; write the merged one's logarithm."""
     k = weight.shape[0]
     for lane in range(LANES):
-        own = weight[m, lane]
-        rival = sums[lane] - own
+        total[lane] = logarithm(sums[lane])
+    if k == 1:
+        for lane in range(LANES):
+            weight[0, lane] = 1.0
+    elif rule == MOMENT:
+        for lane in range(LANES):
+            sums[lane] = 1.0 / sums[lane]
+        for i in range(k):
+            row = weight[i]
+            for lane in range(LANES):
+                row[lane] *= sums[lane]
+    elif rule in (COMBINED, COMBINED_SUM):
+        _choose_main(max(main, 0), rule, weight, sums)
+    else:
+        for lane in range(LANES):
+            _choose(max(main, 0), rule, weight, total, lane)
+
+
+@bare
+def stands_alone(main, weight):
+    """Whether the main hypothesis has all the weight in every lane, so that merging would change nothing."""
+    others = 0
+    for i in range(weight.shape[0]):
+        row = weight[i]
+        if i != main:
+            for lane in range(LANES):
+                others += 1 if row[lane] != 0.0 else 0
+    return others == 0
+
+
+@bare
+def _choose_main(m, rule, weight, sums):
+    """Weights where main may stand alone and all others are merged."""
+    k = weight.shape[0]
+    own = weight[m]
+    for lane in range(LANES):
+        rival = sums[lane] - own[lane]
         if rule == COMBINED:
             rival = 0.0
             for i in range(k):
                 if i != m:
                     rival = max(rival, weight[i, lane])
-        # What is as probable as the largest has exactly 1 here, so a tie is one to the bit.
+        # Below zero where main stands alone.
         scale = 1.0 / sums[lane]
-        alone = own > rival
-        for i in range(k):
-            weight[i, lane] = (1.0 if i == m else 0.0) if alone else weight[i, lane] * scale
+        sums[lane] = -scale if own[lane] > rival else scale
+    for i in range(k):
+        row = weight[i]
+        alone = 1.0 if i == m else 0.0
+        for lane in range(LANES):
+            row[lane] = row[lane] * sums[lane] if sums[lane] > 0.0 else alone
 
 
 @bare
-def _choose(logs, m, rule, weight, total, lane, top):
-    """Weights of one lane by the rules that leave hypotheses out; `weight` holds exp(l - top)."""
-    k = logs.shape[0]
+def _choose(m, rule, weight, total, lane):
+    """Weights of one lane by the rules that leave hypotheses out."""
+    k = weight.shape[0]
     best = -1
     for i in range(k):
-        if (rule == MAX or i != m) and (best < 0 or logs[i, lane] > logs[best, lane]):
+        if (rule == MAX or i != m) and (best < 0 or weight[i, lane] > weight[best, lane]):
             best = i
     if rule == MAX:
         for i in range(k):
@@ -144,8 +160,8 @@ def _choose(logs, m, rule, weight, total, lane, top):
         return
     pair = weight[m, lane] + weight[best, lane]
     if rule == MODIFIED_PAIR:
-        total[lane] = top + np.log(pair)
-    alone = logs[m, lane] > logs[best, lane]
+        total[lane] = np.log(pair)
+    alone = weight[m, lane] > weight[best, lane]
     for i in range(k):
         if alone:
             weight[i, lane] = 1.0 if i == m else 0.0
@@ -178,6 +194,20 @@ def merge_moments(s, weight, out):
                 out[i, lane] += weight[n, lane] * s[n, i, lane]
     for n in range(k):
         add_9(s[n], weight[n], out)
+
+
+@bare
+def merge_positions_and_velocities(s, weight, out):
+    """The same for a model that does not look at accelerations, whose rows of `out` mean nothing afterwards."""
+    k = s.shape[0]
+    if k == 4:
+        merge_4_6(s, weight, out)
+    elif k == 3:
+        merge_3_6(s, weight, out)
+    elif k == 2:
+        merge_2_6(s, weight, out)
+    else:
+        merge_moments(s, weight, out)
 
 
 @bare

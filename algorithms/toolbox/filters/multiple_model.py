@@ -10,7 +10,9 @@ so that their number stays N. A mark goes through
 3. `conclude`   probabilities, and the merging of `gpb1` and `gpb2`; lanes that do not take the mark stay as they were;
 4. `combine`    the answer: of the most probable model, or the moments of all. It never feeds back into `imm`, `gpb2`.
 
-Everything about probabilities stays in logarithms. This file knows no sensor and no family.
+What is remembered of probabilities are logarithms. Beside them stand the probabilities themselves, of which joint ones
+are products: exponentials are taken once a mark. Where a sum of products is so small that what was lost below e^-700
+might count, its lane is done again in logarithms. This file knows no sensor and no family.
 
 References
 ----------
@@ -29,16 +31,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.toolbox.filters.merging import MOMENT, copy_hypothesis, log_sum, merge_moments, merge_weights
-from algorithms.toolbox.filters.transition import LN_ZERO, Chains, log_transitions
+from algorithms.toolbox.filters.merging import (
+    MOMENT,
+    choose_weights,
+    copy_hypothesis,
+    exponents,
+    merge_moments,
+    merge_positions_and_velocities,
+    merge_weights,
+    stands_alone,
+)
+from algorithms.toolbox.filters.transition import LN_ZERO, Chains, transitions
 from algorithms.toolbox.kernels import LANES, bare
-from algorithms.toolbox.kernels.exponential import exponential, logarithm
-from algorithms.toolbox.kernels.hypothesis import predict_9, update_9
+from algorithms.toolbox.kernels.exponential import logarithm
+from algorithms.toolbox.kernels.hypothesis import predict_6, predict_9, predict_turn_9, update_6, update_9
 from algorithms.toolbox.motion.models import (
     CA,
     CT,
     GD,
     known_acceleration,
+    knows_acceleration,
     noise_coefficients,
     transition_coefficients,
 )
@@ -51,6 +63,8 @@ STRUCTURES = ("gpb1", "imm", "gpb2")
 GPB1, IMM, GPB2 = range(3)
 
 LN_2PI = float(np.log(2 * np.pi))
+SMALLEST_SUM = 1e-280
+"""Probabilities below e^-700 are not told from zero; beside a sum of at least this much that is nothing."""
 
 
 class Bank(NamedTuple):
@@ -78,6 +92,8 @@ class Track(NamedTuple):
     """(N, 54, LANES) hypotheses: nine means, then the packed covariance"""
     log: Floats
     """(N, LANES), logarithms of the model probabilities"""
+    share: Floats
+    """(N, LANES), the probabilities"""
     common: Floats
     """(54, LANES): in `gpb1` what the next mark starts from"""
     lead: Ints
@@ -97,6 +113,8 @@ class Work(NamedTuple):
     likelihood: Floats
     """(H, LANES), ln w"""
     transition: Floats
+    """(N, N, LANES), P(dt)"""
+    log_transition: Floats
     """(N, N, LANES), ln P(dt)"""
     known_dt: Floats
     known_region: Ints
@@ -120,6 +138,10 @@ class Work(NamedTuple):
     """(2, LANES)"""
     share: Floats
     """(N, LANES), model probabilities of the last answer"""
+    again: Floats
+    """(LANES,) room to work in"""
+    sound: Floats
+    """(LANES,) 1 = no hypothesis has a number without meaning: not finite, or a negative variance"""
 
 
 def new_track(models: int) -> Track:
@@ -130,6 +152,7 @@ def new_track(models: int) -> Track:
     return Track(
         s=s,
         log=np.full((models, LANES), -np.log(models)),
+        share=np.full((models, LANES), 1 / models),
         common=s[0].copy(),
         lead=np.zeros(LANES, np.int64),
         boost=np.ones(LANES),
@@ -146,6 +169,7 @@ def new_work(models: int, structure: int) -> Work:
         nis=np.zeros(block),
         likelihood=np.zeros(block),
         transition=np.zeros((models, models, LANES)),
+        log_transition=np.zeros((models, models, LANES)),
         known_dt=np.full(LANES, -1.0),
         known_region=np.full(LANES, -1),
         known_boost=np.zeros(LANES),
@@ -161,6 +185,8 @@ def new_work(models: int, structure: int) -> Work:
         evidence=np.zeros(LANES),
         spare=np.zeros((2, LANES)),
         share=np.zeros((models, LANES)),
+        again=np.zeros(LANES),
+        sound=np.ones(LANES),
     )
 
 
@@ -180,7 +206,7 @@ def start_lane(bank, track, lane, position, covariance, velocity_variance, accel
     for m in range(n):
         for i in range(54):
             track.s[m, i, lane] = 0.0
-        carries = bank.kinds[m] == CA or bank.kinds[m] == CT
+        carries = not knows_acceleration(bank.kinds[m])
         for a in range(3):
             track.s[m, 3 * a, lane] = position[a]
             for b in range(a + 1):
@@ -188,6 +214,7 @@ def start_lane(bank, track, lane, position, covariance, velocity_variance, accel
             track.s[m, place(3 * a + 1, 3 * a + 1), lane] = velocity_variance
             track.s[m, place(3 * a + 2, 3 * a + 2), lane] = acceleration_variance if carries else 0.0
         track.log[m, lane] = -np.log(n)
+        track.share[m, lane] = 1.0 / n
     track.lead[lane] = 0
 
 
@@ -197,7 +224,7 @@ def settle_start(bank, track, work, fresh):
     n = track.log.shape[0]
     for m in range(n):
         known_acceleration(bank.kinds[m], track.s[m], work.coefficients[m])
-        if bank.kinds[m] != CA and bank.kinds[m] != CT:
+        if knows_acceleration(bank.kinds[m]):
             for a in range(3):
                 for lane in range(LANES):
                     if fresh[lane] > 0.0:
@@ -210,9 +237,9 @@ def settle_start(bank, track, work, fresh):
 @bare
 def _blend(source, target, go):
     """Copy the lanes with go = 1."""
-    count = 0.0
+    count = 0
     for lane in range(LANES):
-        count += go[lane]
+        count += 1 if go[lane] > 0.0 else 0
     if count == LANES:
         copy_hypothesis(source, target)
         return
@@ -223,69 +250,118 @@ def _blend(source, target, go):
 
 
 @bare
-def _predict(bank, model, s, dt, work, boost):
+def _predict(bank, model, s, dt, work, boost, out):
     """Predict one hypothesis with one model; the coefficients of linear models live as long as the intervals do."""
     kind = bank.kinds[model]
     c = work.coefficients[model]
-    if work.stale[0] == 1 or kind in (CT, GD):
+    stale = work.stale[0] == 1
+    if stale or kind == GD:
+        known_acceleration(kind, s, c)
+    if stale or kind == CT:
+        transition_coefficients(kind, dt, s, c)
+    if stale:
         for lane in range(LANES):
             work.sigma[lane] = bank.sigma[model] * boost[lane]
             work.as_rate[lane] = 1.0 if bank.as_rate == 1 or dt[lane] > bank.rate_above_s else 0.0
-        known_acceleration(kind, s, c)
-        transition_coefficients(kind, dt, s, c)
         noise_coefficients(kind, work.sigma, dt, work.as_rate, bank.chains.step_s, c)
-    predict_9(s, c)
+    if knows_acceleration(kind):
+        predict_6(s, c, out)
+    elif kind == CA:
+        predict_9(s, c, out)
+    else:
+        predict_turn_9(s, c, out)
+
+
+@bare
+def _mix(bank, track, work, after):
+    """Weights of the models before, seen from the model after, and the logarithm of its predicted probability."""
+    n = track.log.shape[0]
+    total, sums, rule = work.log[after], work.spare[0], MOMENT if bank.structure == GPB1 else bank.rule
+    for lane in range(LANES):
+        sums[lane] = 0.0
+    for before in range(n):
+        p, q, out = work.transition[after, before], track.share[before], work.weight[before]
+        for lane in range(LANES):
+            out[lane] = p[lane] * q[lane]
+        for lane in range(LANES):
+            sums[lane] += out[lane]
+    small = 0
+    for lane in range(LANES):
+        work.again[lane] = sums[lane]
+        small += 1 if sums[lane] < SMALLEST_SUM else 0
+    choose_weights(after, rule, work.weight, sums, total)
+    if small == 0:
+        return
+    for before in range(n):
+        for lane in range(LANES):
+            work.joint[before, lane] = max(work.log_transition[after, before, lane] + track.log[before, lane], LN_ZERO)
+    merge_weights(work.joint, after, rule, work.share, work.total, work.spare)
+    for lane in range(LANES):
+        if work.again[lane] < SMALLEST_SUM:
+            total[lane] = work.total[lane]
+            for before in range(n):
+                work.weight[before, lane] = work.share[before, lane]
 
 
 @bare
 def advance(bank, track, work, dt, region):
     """Move all hypotheses over dt (LANES,) s, in `work`; return the largest clip of a transition power (NaN = none)."""
     n = track.log.shape[0]
-    stale = 0
+    changed = 0
     for lane in range(LANES):
-        if dt[lane] != work.known_dt[lane] or track.boost[lane] != work.known_boost[lane]:
-            stale = 1
+        changed += 1 if dt[lane] != work.known_dt[lane] or track.boost[lane] != work.known_boost[lane] else 0
+    work.stale[0] = 1 if changed > 0 else 0
+    if changed > 0:
+        for lane in range(LANES):
             work.known_boost[lane] = track.boost[lane]
-    work.stale[0] = stale
-    clip = log_transitions(bank.chains, region, dt, work.known_dt, work.known_region, work.transition, work.matrix)
+    clip = transitions(bank.chains, region, dt, work)
     for after in range(n):
-        for before in range(n):
-            for lane in range(LANES):
-                value = work.transition[after, before, lane] + track.log[before, lane]
-                work.joint[before, lane] = max(value, LN_ZERO)
         if bank.structure == GPB2:
             for before in range(n):
                 h = after * n + before
-                copy_hypothesis(track.s[before], work.s[h])
+                p, known, out = work.log_transition[after, before], track.log[before], work.log[h]
                 for lane in range(LANES):
-                    work.log[h, lane] = work.joint[before, lane]
-                _predict(bank, after, work.s[h], dt, work, track.boost)
+                    out[lane] = max(p[lane] + known[lane], LN_ZERO)
+                _predict(bank, after, track.s[before], dt, work, track.boost, work.s[h])
             continue
-        if bank.structure == IMM:
-            merge_weights(work.joint, after, bank.rule, work.weight, work.log[after], work.spare)
-            merge_moments(track.s, work.weight, work.s[after])
+        _mix(bank, track, work, after)
+        source = work.merged
+        if bank.structure == GPB1:
+            source = track.common
+        elif stands_alone(after, work.weight):
+            source = track.s[after]
+        elif knows_acceleration(bank.kinds[after]):
+            merge_positions_and_velocities(track.s, work.weight, source)
         else:
-            log_sum(work.joint, work.log[after], work.spare)
-            copy_hypothesis(track.common, work.s[after])
-        _predict(bank, after, work.s[after], dt, work, track.boost)
+            merge_moments(track.s, work.weight, source)
+        _predict(bank, after, source, dt, work, track.boost, work.s[after])
     return clip
 
 
 @bare
-def absorb(work, which, rows, log_volume):
+def absorb(bank, work, which, rows, log_volume):
     """Let one hypothesis take the mark.
 
     rows : (23, LANES) of `update_9`, innovations at the predicted position
     log_volume : (LANES,), what ln det R exceeds the sum of ln variance by (0 unless rows were scaled)
     """
-    update_9(work.s[which], rows)
+    models = bank.kinds.shape[0]
+    if knows_acceleration(bank.kinds[which // models if work.s.shape[0] > models else which]):
+        update_6(work.s[which], rows)
+    else:
+        update_9(work.s[which], rows)
     nis, likelihood, log = work.nis[which], work.likelihood[which], work.log[which]
     for lane in range(LANES):
         count = rows[15, lane] + rows[16, lane] + rows[17, lane]
-        value = -0.5 * (rows[18, lane] + logarithm(rows[19, lane]) + log_volume[lane] + count * LN_2PI)
         nis[lane] = rows[18, lane]
-        likelihood[lane] = value
-        log[lane] = max(log[lane] + value, LN_ZERO)
+        likelihood[lane] = -0.5 * (rows[18, lane] + logarithm(rows[19, lane]) + log_volume[lane] + count * LN_2PI)
+    for lane in range(LANES):
+        log[lane] = max(log[lane] + likelihood[lane], LN_ZERO)
+    for lane in range(LANES):
+        # A position is never known exactly; other things may be, where a model has no noise.
+        good = rows[20, lane] > 0.0 and rows[21, lane] >= 0.0 and rows[22, lane] - rows[22, lane] == 0.0
+        before = 1.0 if which == 0 else work.sound[lane]
+        work.sound[lane] = before if good else 0.0
 
 
 @bare
@@ -296,39 +372,47 @@ def conclude(bank, track, work, go):
         for after in range(n):
             first = after * n
             merge_weights(work.log[first : first + n], after, bank.rule, work.weight, work.joint[after], work.spare)
-            merge_moments(work.s[first : first + n], work.weight, work.merged)
-            _blend(work.merged, track.s[after], go)
+            source = work.merged
+            if stands_alone(after, work.weight):
+                source = work.s[first + after]
+            else:
+                merge_moments(work.s[first : first + n], work.weight, source)
+            _blend(source, track.s[after], go)
     else:
         for m in range(n):
             _blend(work.s[m], track.s[m], go)
+            ours, theirs = work.joint[m], work.log[m]
             for lane in range(LANES):
-                work.joint[m, lane] = work.log[m, lane]
+                ours[lane] = theirs[lane]
     # Counted from the largest: beside logarithms of -1e12 the sum of all would keep four digits only.
+    sums, top, total, evidence = work.spare[0], work.spare[1], work.total, work.evidence
+    exponents(work.joint, work.weight, top, sums)
     for lane in range(LANES):
-        work.evidence[lane] = work.joint[0, lane]
-    for m in range(1, n):
-        for lane in range(LANES):
-            work.evidence[lane] = max(work.evidence[lane], work.joint[m, lane])
-    for m in range(n):
-        for lane in range(LANES):
-            work.joint[m, lane] -= work.evidence[lane]
-    log_sum(work.joint, work.total, work.spare)
+        total[lane] = logarithm(sums[lane])
+        sums[lane] = 1.0 / sums[lane]
     for lane in range(LANES):
-        work.evidence[lane] += work.total[lane]
+        evidence[lane] = top[lane] + total[lane]
     for m in range(n):
+        joint, weight, log, share = work.joint[m], work.weight[m], track.log[m], track.share[m]
         for lane in range(LANES):
-            value = max(work.joint[m, lane] - work.total[lane], LN_ZERO)
-            track.log[m, lane] = value if go[lane] > 0.0 else track.log[m, lane]
+            value = max((joint[lane] - top[lane]) - total[lane], LN_ZERO)
+            log[lane] = value if go[lane] > 0.0 else log[lane]
+        for lane in range(LANES):
+            share[lane] = weight[lane] * sums[lane] if go[lane] > 0.0 else share[lane]
     if bank.structure == GPB1:
         merge_weights(track.log, -1, bank.rule, work.weight, work.total, work.spare)
         merge_moments(track.s, work.weight, work.merged)
         _blend(work.merged, track.common, go)
+    lead, best = track.lead, work.total
     for lane in range(LANES):
-        best = 0
-        for m in range(1, n):
-            if track.log[m, lane] > track.log[best, lane]:
-                best = m
-        track.lead[lane] = best
+        lead[lane] = 0
+        best[lane] = track.log[0, lane]
+    for m in range(1, n):
+        log = track.log[m]
+        for lane in range(LANES):
+            lead[lane] = m if log[lane] > best[lane] else lead[lane]
+        for lane in range(LANES):
+            best[lane] = max(best[lane], log[lane])
 
 
 @bare
@@ -336,14 +420,18 @@ def combine(bank, track, work, out):
     """Write the answer, (54, LANES), and the model probabilities into `work.share`."""
     n = track.log.shape[0]
     for m in range(n):
+        ours, theirs = work.share[m], track.share[m]
         for lane in range(LANES):
-            work.share[m, lane] = exponential(track.log[m, lane])
+            ours[lane] = theirs[lane]
     if bank.output_moment == 1:
         merge_moments(track.s, work.share, out)
         return
-    if n == 1:
-        copy_hypothesis(track.s[0], out)
-        return
-    for i in range(54):
+    copy_hypothesis(track.s[track.lead[0]], out)
+    lead = work.again
+    for m in range(n):
+        others = 0
         for lane in range(LANES):
-            out[i, lane] = track.s[track.lead[lane], i, lane]
+            lead[lane] = 1.0 if track.lead[lane] == m else 0.0
+            others += 1 if track.lead[lane] == m and m != track.lead[0] else 0
+        if others > 0:
+            _blend(track.s[m], out, lead)

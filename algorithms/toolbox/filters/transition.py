@@ -252,28 +252,31 @@ def _exponential(g, s, out):
 
 
 @bare
-def log_transitions(chains, region, dt, known_dt, known_region, out, work):
-    """Bring ln P(dt), out (N, N, LANES), up to date for each lane; return the largest clip of what was computed.
+def transitions(chains, region, dt, work):
+    """Bring P(dt) and ln P(dt), (N, N, LANES), up to date for each lane; return the largest clip of what was computed.
 
-    `known_dt` and `known_region` say for what each lane's part of `out` was computed; `work` is (N, N).
+    Of `work` (`multiple_model.Work`) `known_dt` and `known_region` say for what each lane's part was computed.
     """
-    n = out.shape[0]
+    n = work.transition.shape[0]
     clip = 0.0
     last = -1
     for lane in range(LANES):
-        if dt[lane] == known_dt[lane] and region[lane] == known_region[lane]:
+        if dt[lane] == work.known_dt[lane] and region[lane] == work.known_region[lane]:
             continue
-        known_dt[lane] = dt[lane]
-        known_region[lane] = region[lane]
+        work.known_dt[lane] = dt[lane]
+        work.known_region[lane] = region[lane]
         if last >= 0 and dt[lane] == dt[last] and region[lane] == region[last]:
             for i in range(n):
                 for j in range(n):
-                    out[i, j, lane] = out[i, j, last]
+                    work.transition[i, j, lane] = work.transition[i, j, last]
+                    work.log_transition[i, j, lane] = work.log_transition[i, j, last]
             continue
-        found = transition_power(chains, region[lane], dt[lane], work)
+        found = transition_power(chains, region[lane], dt[lane], work.matrix)
         clip = found if np.isnan(found) else max(clip, found)
         for i in range(n):
             for j in range(n):
-                out[i, j, lane] = np.log(work[i, j]) if work[i, j] > 0.0 else LN_ZERO
+                p = work.matrix[i, j]
+                work.transition[i, j, lane] = p
+                work.log_transition[i, j, lane] = np.log(p) if p > 0.0 else LN_ZERO
         last = lane
     return clip

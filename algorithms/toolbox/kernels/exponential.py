@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.kernels.fused import fma
 
 LOG2_E = 1.4426950408889634
 LN2_HIGH = 6.93147180369123816490e-01
@@ -22,22 +23,22 @@ def exponential(x):
     """Return exp(x), x <= 700; 0 below `SMALLEST`."""
     small = x < SMALLEST
     v = SMALLEST if small else x
-    n = np.floor(v * LOG2_E + 0.5)
-    r = (v - n * LN2_HIGH) - n * LN2_LOW
+    n = np.floor(fma(v, LOG2_E, 0.5))
+    r = fma(-n, LN2_LOW, fma(-n, LN2_HIGH, v))
     p = 1.0 / 6227020800.0
-    p = p * r + 1.0 / 479001600.0
-    p = p * r + 1.0 / 39916800.0
-    p = p * r + 1.0 / 3628800.0
-    p = p * r + 1.0 / 362880.0
-    p = p * r + 1.0 / 40320.0
-    p = p * r + 1.0 / 5040.0
-    p = p * r + 1.0 / 720.0
-    p = p * r + 1.0 / 120.0
-    p = p * r + 1.0 / 24.0
-    p = p * r + 1.0 / 6.0
-    p = p * r + 0.5
-    p = p * r + 1.0
-    p = p * r + 1.0
+    p = fma(p, r, 1.0 / 479001600.0)
+    p = fma(p, r, 1.0 / 39916800.0)
+    p = fma(p, r, 1.0 / 3628800.0)
+    p = fma(p, r, 1.0 / 362880.0)
+    p = fma(p, r, 1.0 / 40320.0)
+    p = fma(p, r, 1.0 / 5040.0)
+    p = fma(p, r, 1.0 / 720.0)
+    p = fma(p, r, 1.0 / 120.0)
+    p = fma(p, r, 1.0 / 24.0)
+    p = fma(p, r, 1.0 / 6.0)
+    p = fma(p, r, 0.5)
+    p = fma(p, r, 1.0)
+    p = fma(p, r, 1.0)
     scale = np.int64((np.int64(n) + 1023) << 52).view(np.float64)
     return 0.0 if small else p * scale
 
@@ -52,14 +53,14 @@ def logarithm(x):
     f = np.int64((b & 0xFFFFFFFFFFFFF) | (up ^ 0x3FF0000000000000)).view(np.float64) - 1.0
     s = f / (2.0 + f)
     z = s * s
-    r = 1.531383769920937332e-01 + z * 1.479819860511658591e-01
-    r = 1.818357216161805012e-01 + z * r
-    r = 2.222219843214978396e-01 + z * r
-    r = 2.857142874366239149e-01 + z * r
-    r = 3.999999999940941908e-01 + z * r
-    r = z * (6.666666666666735130e-01 + z * r)
+    r = fma(z, 1.479819860511658591e-01, 1.531383769920937332e-01)
+    r = fma(z, r, 1.818357216161805012e-01)
+    r = fma(z, r, 2.222219843214978396e-01)
+    r = fma(z, r, 2.857142874366239149e-01)
+    r = fma(z, r, 3.999999999940941908e-01)
+    r = z * fma(z, r, 6.666666666666735130e-01)
     half = 0.5 * f * f
-    return k * LN2_HIGH - ((half - (s * (half + r) + k * LN2_LOW)) - f)
+    return fma(k, LN2_HIGH, f - (half - fma(s, half + r, k * LN2_LOW)))
 
 
 @bare

@@ -32,6 +32,7 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.kernels.exponential import exponential
 
 KINDS = ("cv", "ca", "ct", "gv", "gd")
 """Names of the models; a kernel takes the position in this tuple."""
@@ -47,6 +48,12 @@ BALLISTIC_COEFFICIENT = 10_000.0
 
 
 @bare
+def knows_acceleration(kind):
+    """Whether a model's acceleration is known, so that position and velocity alone are random."""
+    return kind not in (CA, CT)
+
+
+@bare
 def known_acceleration(kind, x, out):
     """Write the acceleration that a model knows into rows 13 to 15 of `out` (16, LANES); 0 where there is none."""
     for a in range(13, 16):
@@ -58,7 +65,7 @@ def known_acceleration(kind, x, out):
     if kind == GD:
         for lane in range(LANES):
             vx, vy, vz = x[1, lane], x[4, lane], x[7, lane]
-            density = SEA_LEVEL_DENSITY * np.exp(-max(x[6, lane], LOWEST_M) / SCALE_HEIGHT_M)
+            density = SEA_LEVEL_DENSITY * exponential(-max(x[6, lane], LOWEST_M) / SCALE_HEIGHT_M)
             drag = density * np.sqrt(vx * vx + vy * vy + vz * vz) / (2.0 * BALLISTIC_COEFFICIENT)
             out[13, lane] -= drag * vx
             out[14, lane] -= drag * vy
