@@ -24,7 +24,7 @@ from algorithms.errors import InputError
 from backend.files.cells import is_instant
 from backend.files.native_columns import kinds_of
 from backend.files.report import Findings, some
-from backend.files.rows import ROWS_AT_ONCE, Cells, Chunk, too_many_rows
+from backend.files.rows import ROWS_AT_ONCE, Cells, Chunk, end_at_limit
 
 # A matrix with more columns is no table of measurements.
 _MOST_COLUMNS = 4000
@@ -64,17 +64,18 @@ class ArrayRows:
         return len(next(iter(self.columns.values())))
 
     def chunks(self, findings: Findings, max_rows: int, numbers: Collection[str] = ()) -> Iterator[Chunk]:
-        """Yield the rows in chunks; raises InputError past `max_rows`."""
-        if len(self) > max_rows:
-            raise too_many_rows(self.name, max_rows)
+        """Yield the rows in chunks; past `max_rows` it ends with a warning."""
+        count = min(len(self), max_rows)
+        if count < len(self):
+            end_at_limit(self.name, max_rows, findings)
         if self.left_out:
             findings.warn(
                 "variables_left_out",
                 f"Variables of {self.name} that are no part of the table which was read: {some(self.left_out)}.",
                 len(self.left_out),
             )
-        for start in range(0, len(self), ROWS_AT_ONCE):
-            stop = min(len(self), start + ROWS_AT_ONCE)
+        for start in range(0, count, ROWS_AT_ONCE):
+            stop = min(count, start + ROWS_AT_ONCE)
             row = np.arange(start + 1, stop + 1, dtype=np.int64)
             cells = {n: v[start:stop] for n, v in self.columns.items()}
             yield Chunk(row, np.zeros(len(row), np.int64), cells)

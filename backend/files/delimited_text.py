@@ -13,7 +13,7 @@ from backend.files.content import Content
 from backend.files.records import MAX_LINE, join_record, read_batches
 from backend.files.regular_blocks import Layout, RegularBlock
 from backend.files.report import Findings, some
-from backend.files.rows import ROWS_AT_ONCE, Chunk, too_many_rows
+from backend.files.rows import ROWS_AT_ONCE, Chunk, end_at_limit
 
 # The names begin within these lines; as many are looked at behind, for a record runs over twenty at most.
 _SEARCHED_LINES = 40
@@ -33,7 +33,7 @@ class DelimitedText:
     def chunks(self, findings: Findings, max_rows: int, numbers: Collection[str] = ()) -> Iterator[Chunk]:
         """Yield the rows in chunks; rows that are no rows are rejected, blank lines are not counted.
 
-        Raises InputError (`too_many_rows`) past `max_rows`.
+        Past `max_rows` reading ends with a warning.
         """
         row = 0
         width = len(self.names)
@@ -41,17 +41,22 @@ class DelimitedText:
         for records in read_batches(self.content, table, self.first_data_line, ROWS_AT_ONCE):
             if isinstance(records, RegularBlock):
                 first, row = row, row + len(records)
-                if row > max_rows:
-                    raise too_many_rows(self.content.name, max_rows)
                 counted = np.arange(first, row)
                 cells_of = {n: c for n, c in zip(self.names, records.columns, strict=True) if n}
-                yield Chunk(counted + 1, counted - first + records.line, cells_of)
+                chunk = Chunk(counted + 1, counted - first + records.line, cells_of)
+                if first < max_rows:
+                    yield chunk if row <= max_rows else chunk.take(counted < max_rows)
+                if row > max_rows:
+                    end_at_limit(self.content.name, max_rows, findings)
+                    return
                 continue
             kept: list[list[str]] = []
             rows: list[int] = []
             lines: list[int] = []
             for line, record in records:
                 row += 1
+                if row > max_rows:
+                    break
                 cells = _fitting(record, width) if isinstance(record, list) and len(record) != width else record
                 if isinstance(cells, Problem):
                     findings.reject(row, cells.code, f"line {line}: {cells.detail}")
@@ -59,12 +64,13 @@ class DelimitedText:
                 kept.append(cells)
                 rows.append(row)
                 lines.append(line)
-            if row > max_rows:
-                raise too_many_rows(self.content.name, max_rows)
             if kept:
                 columns = zip(*kept, strict=True)
                 cells_by_name = {n: c for n, c in zip(self.names, columns, strict=True) if n}
                 yield Chunk(np.array(rows, np.int64), np.array(lines, np.int64), cells_by_name)
+            if row > max_rows:
+                end_at_limit(self.content.name, max_rows, findings)
+                return
 
 
 def read_delimited_text(content: Content, *, pointer: str = "/file") -> DelimitedText:

@@ -18,7 +18,7 @@ from backend.files.options import ReadLimits
 from backend.files.packing import check_expansion
 from backend.files.reader import Reader, Source
 from backend.files.report import Findings, some
-from backend.files.rows import ROWS_AT_ONCE, Cells, Chunk, too_many_rows
+from backend.files.rows import ROWS_AT_ONCE, Cells, Chunk, end_at_limit
 
 MAGIC = b"PAR1"
 
@@ -35,11 +35,11 @@ class ParquetRows:
     start_utc: str | None = None
 
     def chunks(self, findings: Findings, max_rows: int, numbers: Collection[str] = ()) -> Iterator[Chunk]:
-        """Yield the rows in chunks; raises InputError past `max_rows`, or where the file is damaged."""
+        """Yield the rows in chunks, `max_rows` at most; raises InputError where the file is damaged."""
         import pyarrow.parquet as pq
 
         if self.count > max_rows:
-            raise too_many_rows(self.content.name, max_rows)
+            end_at_limit(self.content.name, max_rows, findings)
         if self.nested:
             findings.warn(
                 "columns_nested",
@@ -53,10 +53,11 @@ class ParquetRows:
             while (batch := self._next(batches)) is not None:
                 row = np.arange(first, first + batch.num_rows, dtype=np.int64)
                 first += batch.num_rows
-                if first - 1 > max_rows:
-                    raise too_many_rows(self.content.name, max_rows)
                 cells = {n: _cells(batch.column(i)) for i, n in enumerate(batch.schema.names)}
-                yield Chunk(row, np.zeros(len(row), np.int64), cells)
+                chunk = Chunk(row, np.zeros(len(row), np.int64), cells)
+                yield chunk if first - 1 <= max_rows else chunk.take(row <= max_rows)
+                if first - 1 >= max_rows:
+                    return
 
     def _next(self, batches: Any) -> Any:
         try:

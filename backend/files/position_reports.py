@@ -17,7 +17,7 @@ import numpy as np
 from algorithms.errors import InputError
 from backend.files.cells import Problem
 from backend.files.reader import Part, Source
-from backend.files.rows import too_many_rows
+from backend.files.rows import end_at_limit
 from backend.files.truth_file import TruthPoints
 
 FOOT_M = 0.3048
@@ -70,7 +70,8 @@ def read_reports(source: Source, parse: ParseLine) -> TruthPoints:
                 continue
             row += 1
             if row > source.limits.max_rows:
-                raise too_many_rows(source.content.name, source.limits.max_rows)
+                end_at_limit(source.content.name, source.limits.max_rows, source.findings)
+                break
             found = parse(line) if len(line) <= _LONGEST else _too_long()
             if isinstance(found, PositionReport):
                 found = _in_range(found)

@@ -63,7 +63,7 @@ class Rows(Protocol):
         """The instant from which relative times count, where the file itself tells it."""
 
     def chunks(self, findings: Findings, max_rows: int, numbers: Collection[str] = ()) -> Iterator[Chunk]:
-        """Yield all rows; those that are none are rejected. Raises InputError past `max_rows`.
+        """Yield all rows; those that are none are rejected. Past `max_rows` reading ends with a warning.
 
         The columns `numbers` will be read as numbers and nothing else, so a text may convert them at once.
         """
@@ -90,13 +90,12 @@ def first_rows(rows: Rows, count: int) -> tuple[tuple[str, ...], ...]:
     return tuple(islice(zip(*columns, strict=True), count))
 
 
-def too_many_rows(name: str, max_rows: int) -> InputError:
-    """Say that a file has more rows than one upload may have."""
-    return InputError(
-        f"{name} has more than {max_rows:,} rows.".replace(",", " "),
-        pointer="/file",
-        remedy="Upload it in parts.",
-        code="too_many_rows",
+def end_at_limit(name: str, max_rows: int, findings: Findings) -> None:
+    """Say that a file has more rows than a recording may have, and that its first ones were read."""
+    findings.warn(
+        "rows_beyond_limit",
+        f"{name} has more than {max_rows} rows; only the first of them were read. Raise the setting "
+        "FILTERROOM_MAX_ROWS, or upload the rest by itself.",
     )
 
 

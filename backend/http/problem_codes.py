@@ -192,7 +192,6 @@ PROBLEMS: dict[str, Kind] = {
     "damaged_file": Kind("The file is damaged", "Save it again and upload it whole."),
     "no_table": Kind("There is no table in the file", "The detail says what it holds."),
     "archive_members": Kind("The archive does not hold what it should", "The detail says what it holds."),
-    "too_many_rows": Kind("Too many rows", "The limit is the setting FILTERROOM_MAX_ROWS."),
     "format_unknown": Kind("There is no reader of this name", "The detail lists the readers."),
     "kind_unknown": Kind("The kind of measurements is not clear", "Give the option `kind`, or a `mapping`."),
     "kind_ambiguous": Kind("The columns fit several kinds", "Give the option `kind`."),

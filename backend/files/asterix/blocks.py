@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +96,13 @@ class Blocks:
     time_s: Floats
     reasons: dict[int, str]
     """Start of a gap -> why it is one."""
+
+    def first(self, stop: int | None) -> Blocks:
+        """Those before position `stop`."""
+        part = slice(stop)
+        return replace(
+            self, start=self.start[part], end=self.end[part], category=self.category[part], time_s=self.time_s[part]
+        )
 
 
 def split(carried: Carried) -> Blocks:

@@ -35,7 +35,7 @@ from backend.files.asterix.reference import as_plots, target_names, truth_points
 from backend.files.asterix.service import radar_places, turn_marks
 from backend.files.reader import Part, Source
 from backend.files.report import Findings, some
-from backend.files.rows import too_many_rows
+from backend.files.rows import end_at_limit
 from backend.files.truth_file import TruthPoints
 from backend.files.turns import TurnMarks
 
@@ -44,6 +44,8 @@ _MARGIN = bytes(16)
 # Blocks of a category on which its editions are tried, spread over the file.
 _TRIED = 1000
 _AT_ONCE = 1 << 16
+# A plot takes some 20 to 60 bytes, with the heads of a captured packet some 100.
+_BYTES_A_ROW, _LEAST_ROWS = 64, 10_000
 
 
 @dataclass(frozen=True)
@@ -125,9 +127,18 @@ def decodes(data: bytes) -> bool:
 
 
 def _open(source: Source) -> _Opened:
-    with source.content.open_bytes() as stream:
-        data = stream.read()
     findings = source.findings
+    # What is read stays in memory: more than the rows that a recording may have can be left where it is.
+    most = _BYTES_A_ROW * max(source.limits.max_rows, _LEAST_ROWS)
+    with source.content.open_bytes() as stream:
+        data = stream.read(most)
+        cut = len(data) == most and bool(stream.read(1))
+    if cut:
+        findings.warn(
+            "rows_beyond_limit",
+            f"{source.content.name} is longer than {most} bytes; only the first of them were read, and what they end "
+            "within was left out. Raise the setting FILTERROOM_MAX_ROWS, or upload the rest by itself.",
+        )
     if is_capture(data[:64]):
         carried = open_capture(data, findings)
         if not carried.payloads:
@@ -141,10 +152,15 @@ def _open(source: Source) -> _Opened:
         carried = open_final(data)
     else:
         carried = Carried("raw", data, [Payload(0, len(data))])
-    return _walk(carried, split(carried), source)
+    blocks = split(carried)
+    # Where reading was ended by the limit the last block is not broken, it only goes on.
+    last = -1 if cut and len(blocks.end) and blocks.category[-1] < 0 and blocks.end[-1] == len(data) else None
+    blocks = blocks.first(last)
+    # No block is without a record, so these are enough to see that there are more.
+    return _walk(carried, blocks.first(source.limits.max_rows + 1), source, told=cut)
 
 
-def _walk(carried: Carried, blocks: Blocks, source: Source) -> _Opened:
+def _walk(carried: Carried, blocks: Blocks, source: Source, *, told: bool) -> _Opened:
     data, findings = carried.data, source.findings
     editions = _editions(data, blocks, source)
     others: dict[int, int] = {}
@@ -176,9 +192,11 @@ def _walk(carried: Carried, blocks: Blocks, source: Source) -> _Opened:
         else:
             number += 1
             others[category] = others.get(category, 0) + 1
-        if number > source.limits.max_rows:
-            raise too_many_rows(source.content.name, source.limits.max_rows)
         counts.append(number - before)
+        if number >= source.limits.max_rows and len(counts) < len(blocks.start):
+            if not told:
+                end_at_limit(source.content.name, source.limits.max_rows, findings)
+            break
     repeats = len(hashes) - len(np.unique(np.frombuffer(hashes, np.int64))) if hashes else 0
     if repeats:
         findings.warn(

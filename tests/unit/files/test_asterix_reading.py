@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from algorithms.errors import InputError, UnsupportedFormatError
+from backend.files.asterix import reading
 from backend.files.reading import ReadLimits
 from tests.asterix_files import NM, adsb, block, cat048, north, plot, sector, source, turning_radar
 
@@ -306,10 +307,30 @@ def test_two_files_go_on_with_their_marks(read):
     assert plots.row.tolist()[-1] == len(data)
 
 
-def test_too_many_records(read):
-    with pytest.raises(InputError) as e:
-        read(cat048(*(plot(T + k) for k in range(5))), limits=ReadLimits(max_rows=4))
-    assert e.value.code == "too_many_rows"
+def test_of_too_many_records_the_first_are_read(read, warning):
+    data = [cat048(plot(T + k)) for k in range(7)]
+    plots, report = read(b"".join(data), limits=ReadLimits(max_rows=4))
+    assert plots.time_s.tolist() == read(b"".join(data[:4]))[0].time_s.tolist()
+    assert report.rows_read == 4
+    assert "more than 4 rows" in warning(report, "rows_beyond_limit").detail
+
+
+def test_a_file_that_ends_within_a_record_is_used_up_to_it(read):
+    data = b"".join(cat048(plot(T + k / 8, 20 + k)) for k in range(100))
+    plots, report = read(data[:-5])
+    assert (len(plots), report.rows_read, [r.code for r in report.rejections]) == (99, 100, ["no_data_block"])
+
+
+def test_of_too_many_bytes_the_first_are_read(read, warning, monkeypatch):
+    """What the limit cuts is not broken: the file goes on."""
+    data = b"".join(cat048(plot(T + k / 8, 20 + k)) for k in range(100))
+    size = len(data) // 100
+    most = 10 * size + 5
+    monkeypatch.setattr(reading, "_BYTES_A_ROW", 1)
+    monkeypatch.setattr(reading, "_LEAST_ROWS", most)
+    plots, report = read(data, limits=ReadLimits(max_rows=100))
+    assert (len(plots), report.rows_read, report.rejections) == (10, 10, ())
+    assert f"longer than {most} bytes" in warning(report, "rows_beyond_limit").detail
 
 
 def test_marks_alone_are_no_recording(read):

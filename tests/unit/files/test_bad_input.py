@@ -261,10 +261,13 @@ def test_nothing_usable_says_why(read):
     assert e.value.code == "no_usable_rows"
 
 
-def test_too_many_rows(read):
-    with pytest.raises(InputError) as e:
-        read(HEADER + "1,5,6,7\n2,5,6,7\n3,5,6,7\n", limits=ReadLimits(max_rows=2))
-    assert e.value.code == "too_many_rows"
+def test_of_too_many_rows_the_first_are_read(read, warning):
+    recording, report = read(HEADER + "1,5,6,7\nx,5,6,7\n3,5,6,7\n4,5,6,7\n", limits=ReadLimits(max_rows=3))
+    assert recording.time_s.tolist() == [1, 3]
+    assert (report.rows_read, report.rows_accepted) == (3, 2)
+    assert "more than 3 rows" in warning(report, "rows_beyond_limit").detail
+    _, whole = read(HEADER + "1,5,6,7\n2,5,6,7\n3,5,6,7\n", limits=ReadLimits(max_rows=3))
+    assert whole.warnings == ()
 
 
 def test_no_file(read):

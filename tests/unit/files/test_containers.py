@@ -269,11 +269,11 @@ def test_small_files_that_unpack_to_much(read):
         assert e.value.code == "expands_too_much"
 
 
-def test_too_many_rows(read):
+def test_of_too_many_rows_the_first_are_read(read, warning):
     for data in (parquet(NATIVE), npz(**NATIVE)):
-        with pytest.raises(InputError) as e:
-            read(data, limits=ReadLimits(max_rows=2))
-        assert e.value.code == "too_many_rows"
+        recording, report = read(data, limits=ReadLimits(max_rows=2))
+        assert recording.time_s.tolist() == TIME.tolist()[:2]
+        warning(report, "rows_beyond_limit")
 
 
 def test_a_column_that_is_there_twice(read):

@@ -80,12 +80,17 @@ def test_both_ways_read_the_same(case: str, tmp_path: Path, monkeypatch: pytest.
     assert read(CASES[case], tmp_path / "marks.csv") == slowly
 
 
-def test_too_many_rows_are_refused_in_blocks_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("block", [100, 500, 10**6])
+def test_of_too_many_rows_the_first_are_read_in_blocks_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, block: int
+) -> None:
+    slowly = read(HEADER + "".join(rows(75)), tmp_path / "marks.csv")
     monkeypatch.setattr(records, "WORTHWHILE_BYTES", 1)
-    assert read(HEADER + "".join(rows(61)), tmp_path / "marks.csv") == (
-        "too_many_rows",
-        "marks.csv has more than 60 rows.",
-    )
+    monkeypatch.setattr(regular_blocks, "BLOCK_BYTES", block)
+    assert read(HEADER + "".join(rows(75)), tmp_path / "marks.csv") == slowly
+    arrays, report = slowly  # type: ignore[misc]
+    assert (report.rows_read, report.warnings[0].code) == (60, "rows_beyond_limit")
+    assert arrays == read(HEADER + "".join(rows(60)), tmp_path / "marks.csv")[0]  # type: ignore[index]
 
 
 def test_only_the_block_with_the_odd_line_is_read_line_by_line(monkeypatch: pytest.MonkeyPatch) -> None:
