@@ -102,6 +102,14 @@ def receivers(suspect: tuple[float, float, float, float] = (0.0, 1.0, np.nan, 0.
     )
 
 
+def receiver_delays() -> Table:
+    """Every station heard in two intervals, the `east` 300 m late."""
+    names = [name for name, _, _ in STATIONS for _ in range(2)]
+    late = np.array([300.0 if name == "east" else 1.0 for name in names])
+    columns = {"station": names, "time_s": np.tile([1.0, 4.0], len(STATIONS)), "receptions": np.full(late.size, 9.0)}
+    return Table(columns | {"late_m": late, "late_sd_m": np.full(late.size, 2.0)})
+
+
 def entry(label: str, index: int, tables: Mapping[str, Table], recording: Recording | None = None) -> Entry:
     held = arrays(recording) if isinstance(recording, ToaMarks) else {}
     held |= pair_values() | path_values()
@@ -188,7 +196,12 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
 
 
 def complete_run(recording: ToaMarks, **more: Any) -> RunView:
-    tables = {"states": states(recording, **more), "errors": errors(recording), "receivers": receivers()}
+    tables = {
+        "states": states(recording, **more),
+        "errors": errors(recording),
+        "receivers": receivers(),
+        "receiver_delays": receiver_delays(),
+    }
     return run(recording, tables)
 
 

@@ -172,6 +172,7 @@ ALGORITHM = Algorithm(
         "altitude",
         "height",
         "residuals",
+        "receiver_delays",
         "receptions",
         "mode_probabilities",
     ),

@@ -49,7 +49,7 @@ ALGORITHM = Algorithm(
     takes=("toa_marks",),
     parameters=RdfvParameters,
     outputs=FILTER_OUTPUTS,
-    charts=("plan", "drms", "nis", "radial_error", "altitude", "height", "residuals", "receptions"),
+    charts=("plan", "drms", "nis", "radial_error", "altitude", "height", "residuals", "receiver_delays", "receptions"),
     references=(
         Reference("chugunov2023", "eqs. (15)-(26)"),
         Reference("barshalom2001", "sec. 10.3"),

@@ -108,7 +108,7 @@ ALGORITHM = Algorithm(
             "roots_m", ("mark", "root", "axis", "trial"), "m", "the two solutions of an ambiguous mark, nearer first"
         ),
     ),
-    charts=("plan", "drms", "nis", "radial_error", "altitude", "height", "residuals", "receptions"),
+    charts=("plan", "drms", "nis", "radial_error", "altitude", "height", "residuals", "receiver_delays", "receptions"),
     references=(Reference("smith1987"), Reference("more1978"), Reference("chugunov2023", "eq. (27)")),
     run=run,
     tabulate=_tabulate,

@@ -13,8 +13,7 @@ from scipy.stats import chi2
 from algorithms.multilateration import lanes
 from algorithms.multilateration.altitudes import SOURCES
 from algorithms.multilateration.outputs import position_covariance
-from algorithms.multilateration.parameters import AltitudeParameters
-from algorithms.multilateration.receivers import assess_receivers
+from algorithms.multilateration.receiver_tables import receiver_tables
 from algorithms.recording import ToaMarks
 from algorithms.result import Result, Table
 from algorithms.texts import Texts
@@ -44,8 +43,7 @@ def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
         "states": _states(recording, result, rows),
         "tracks": _tracks(recording, result),
         "decisions": _decisions(recording, result, rows),
-        "receivers": _receivers(recording, result),
-    }
+    } | receiver_tables(recording, result)
     if recording.has_truth:
         tables["errors"] = _errors(recording, result, rows)
     if "mode_probability" in result.arrays:
@@ -308,37 +306,4 @@ def _probabilities(result: Result, rows: _Rows) -> Table:
             "row": twice.row,
             "target": twice.target,
         }
-    )
-
-
-def _receivers(recording: ToaMarks, result: Result) -> Table:
-    residual = np.where(result.arrays["used"], result.arrays["residual_m"], np.nan)
-    names = recording.stations
-    count = np.isfinite(residual).sum(axis=(0, 2))
-    mean = np.full(len(names), np.nan)
-    sd = np.full(len(names), np.nan)
-    for s in range(len(names)):
-        values = residual[:, s][np.isfinite(residual[:, s])]
-        if values.size:
-            mean[s] = values.mean()
-        if values.size > 1:
-            sd[s] = values.std(ddof=1)
-    verdicts = assess_receivers(recording, _as_used(result))
-    return Table(
-        {
-            "station": list(names),
-            "receptions": count,
-            "residual_mean_m": mean,
-            "residual_sd_m": sd,
-            "suspect": np.array([np.nan if v.suspect is None else float(v.suspect) for v in verdicts]),
-            "reason": [v.reason for v in verdicts],
-        }
-    )
-
-
-def _as_used(result: Result) -> AltitudeParameters:
-    """Return the measurement errors that the run gave; the rest comes from the site again."""
-    names = ("sigma_toa_ns", "sigma_altitude_m", "earth")
-    return AltitudeParameters(
-        **{n: result.settings[n].value for n in names if n in result.settings and result.settings[n].source == "run"}
     )

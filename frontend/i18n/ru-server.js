@@ -520,6 +520,8 @@ export const patterns = [
   [/^h exceeds z by (.+?) to (.+?) m here\.$/, "h больше z здесь на величину от $1 до $2 м."],
   [/^Station (.+?) disagrees with the others: late by (.+?) ns \((.+?) m\)\.$/, "Пункт $1 не согласуется с остальными: запаздывает на $2 нс ($3 м)."],
   [/^Station (.+?) disagrees with the others: early by (.+?) ns \((.+?) m\)\.$/, "Пункт $1 не согласуется с остальными: опережает на $2 нс ($3 м)."],
+  [/^Station (.+?) disagrees with the others: (.+); a fault of (.+) would explain it as well\.$/, "Пункт $1 не согласуется с остальными ($2); неисправность пункта $3 объяснила бы это не хуже."],
+  [/^Station (.+?) disagrees with the others: its clock drifts by (.+?) ns a minute; (?:late|early) by (.+?) ns in the middle\.$/, "Пункт $1 не согласуется с остальными: его часы уходят на $2 нс в минуту, в середине записи отклонение $3 нс."],
   [/^Station (.+?) disagrees with the others: as if it stood (.+?) m away \(east (.+?) m, north (.+?) m\)\.$/, "Пункт $1 не согласуется с остальными: как если бы он стоял в $2 м (восток $3 м, север $4 м)."],
   [/^Cannot be judged: (.+?) stations? of (\d+); the table of receivers says why\.$/, "О пунктах судить нельзя: $1 из $2; почему – в таблице пунктов приёма."],
   [/^(.+?) residuals, middle 90 % (.+?) to (.+?) m$/, "остатков $1, средние 90 % от $2 до $3 м"],

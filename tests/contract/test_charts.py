@@ -67,6 +67,7 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
                 "set_distances": track_views.set_distances(r),
                 "errors": chart_views.errors(r),
                 "receivers": chart_views.receivers(),
+                "receiver_delays": chart_views.receiver_delays(),
                 **chart_views.trial_tables(scale),
                 **chart_views.scatter_tables(r),
                 **chart_views.model_tables(r),

@@ -7,11 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from algorithms.multilateration import rdf
 from algorithms.multilateration.parameters import AltitudeParameters
-from algorithms.multilateration.receivers import assess_receivers
+from algorithms.multilateration.receiver_tables import receiver_tables
+from algorithms.multilateration.receivers import assess_receivers, judge_receivers
 from algorithms.multilateration.scenario import CircuitParameters, simulate
 from algorithms.recording import ToaMarks
 from algorithms.site import Site
+from algorithms.spec import LocalContext
 
 C = 299_792_458.0
 
@@ -59,3 +62,38 @@ def test_late_receptions_and_a_biased_altitude_accuse_nobody() -> None:
         recording = simulate(parameters, (0,), seed).take(np.arange(0, 1900, 4))
         verdicts = assess_receivers(recording, AltitudeParameters())
         assert not any(v.suspect for v in verdicts), (seed, verdicts)
+
+
+def drifting(recording: ToaMarks, j: int, ns_per_minute: float) -> ToaMarks:
+    toa = recording.toa_s.copy()
+    toa[:, j] += (ns_per_minute * 1e-9 / 60 * (recording.time_s - recording.time_s[0]))[:, None]
+    return replace(recording, toa_s=toa)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", [four, five])
+def test_a_drifting_clock_is_named_as_such(make) -> None:
+    for j in range(len(make().stations)):
+        judged = judge_receivers(drifting(make(), j, 20.0), AltitudeParameters())
+        assert [(k, v.kind) for k, v in enumerate(judged.verdicts) if v.suspect] == [(j, "clock_drift")]
+        assert "drifts by +" in str(judged.verdicts[j].reason)
+
+
+def test_the_delay_over_time_is_the_clock_s_and_leaving_it_out_helps() -> None:
+    recording = drifting(replace(five(), altitude_m=four().altitude_m), 4, 20.0)
+    result = rdf.run(recording, rdf.RdfParameters(), LocalContext())
+    tables = receiver_tables(recording, result)
+    delays = tables["receiver_delays"].columns
+    for station in recording.stations:
+        rows = np.array([name == station for name in delays["station"]])
+        time, late, sd = (np.asarray(delays[name])[rows] for name in ("time_s", "late_ns", "late_sd_ns"))
+        expected = 20.0 / 60 * (time - recording.time_s[0]) if station == "5" else np.zeros(time.size)
+        # Far out the marks are solved a little wrong by the late receiver itself.
+        assert np.median(np.abs(late - expected) / (20 if station == "5" else sd)) < 2, station
+        assert np.all(sd > 0)
+    row = {name: column[4] for name, column in tables["receivers"].columns.items()}
+    assert (row["suspect"], row["fault"]) == (1.0, "clock_drift")
+    assert row["error_without_m"] < 0.7 * row["error_with_m"]
+    assert row["shift_without_m"] > 50
+    assert row["solved_without"] <= row["solved_with"]
+    assert np.isnan(tables["receivers"].columns["error_without_m"][0])
