@@ -21,6 +21,7 @@ from algorithms.forward_scatter.outputs import ANSWERED, HELD, INSUFFICIENT
 from algorithms.forward_scatter.parameters import GAP_INTERVALS, ScatterParameters
 from algorithms.forward_scatter.passes import JUMPS, TURNS, passes, signs
 from algorithms.forward_scatter.piece import Arrays, Method, Piece, empty_arrays
+from algorithms.forward_scatter.profile import NORMAL_95
 from algorithms.recording import DopplerPairs
 from algorithms.result import Note
 from algorithms.spec import RunContext
@@ -50,7 +51,9 @@ def estimate(
     for i, piece in enumerate(pieces):
         context.check_cancelled()
         method(piece, arrays)
+        spread = _variance_of_distance(piece, arrays)
         widen(piece, method, parameters, conditions, arrays)
+        _interval(piece, arrays, spread)
         _position(piece, conditions, arrays)
         _residuals(piece, conditions, arrays)
         context.progress((i + 1) / len(pieces))
@@ -124,6 +127,27 @@ def _piece(
     )
 
 
+def _variance_of_distance(piece: Piece, arrays: Arrays) -> Floats:
+    """(K, L) m2."""
+    return np.asarray(arrays["theta_covariance"], float)[:, 1, 1][np.ix_(piece.rows, piece.lanes)]
+
+
+def _interval(piece: Piece, arrays: Arrays, spread: Floats) -> None:
+    """95 % interval of the distance: of the method, with what errors of calibration added to `spread`."""
+    index = np.ix_(piece.rows, piece.lanes)
+    answered = np.isin(arrays["status"][index], ANSWERED)
+    distance = np.asarray(arrays["theta"], float)[:, 1][index]
+    variance = _variance_of_distance(piece, arrays)
+    found = np.asarray(arrays["distance_interval_m"], float)[np.ix_(piece.rows, np.arange(2), piece.lanes)]
+    with np.errstate(invalid="ignore"):
+        plain = NORMAL_95 * np.sqrt(np.where(spread > 0, spread, np.nan))
+        for end, sign in ((0, -1.0), (1, 1.0)):
+            half = np.where(np.isfinite(found[:, end]), np.abs(found[:, end] - distance), plain)
+            half = np.sqrt(half**2 + NORMAL_95**2 * np.maximum(variance - spread, 0.0))
+            found[:, end] = np.where(answered, distance + sign * half, np.nan)
+    piece.put(arrays, "distance_interval_m", found)
+
+
 def _position(piece: Piece, conditions: Conditions, arrays: Arrays) -> None:
     """Turn theta of a pass into states and covariances of its rows."""
     theta = np.asarray(arrays["theta"], float)[np.ix_(piece.rows, np.arange(UNKNOWNS), piece.lanes)]
@@ -188,7 +212,7 @@ def held_where_thinned(piece: Piece, arrays: Arrays, stride: int) -> None:
     """Rows between those that were computed take the answer before them."""
     for k in range(len(piece.rows)):
         if k % stride and k != len(piece.rows) - 1:
-            for name in ("theta", "theta_covariance", "chi2", "dof"):
+            for name in ("theta", "theta_covariance", "distance_interval_m", "chi2", "dof"):
                 arrays[name][piece.rows[k]][..., piece.lanes] = arrays[name][piece.rows[k - 1]][..., piece.lanes]
             before = arrays["status"][piece.rows[k - 1], piece.lanes]
             arrays["status"][piece.rows[k], piece.lanes] = np.where(np.isin(before, ANSWERED), HELD, before)

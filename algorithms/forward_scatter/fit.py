@@ -25,6 +25,7 @@ from algorithms.forward_scatter.likelihood import (
 )
 from algorithms.forward_scatter.lines import CONSENSUS, HUBER, INLIER_SIGMA, PLAIN, line_by_consensus
 from algorithms.forward_scatter.motion import UNKNOWNS, model
+from algorithms.forward_scatter.profile import CURVED, interval
 from algorithms.toolbox.kernels import strict
 
 # What became of an epoch.
@@ -55,6 +56,8 @@ class Fits(NamedTuple):
     dof: np.ndarray
     used: np.ndarray
     """(C, K, L): which Dopplers the last fit used."""
+    ends: np.ndarray
+    """(K, 2, L) m: 95 % interval of s by the likelihood; NaN where 1.96 standard deviations say the same."""
 
 
 def fits(epochs: int, channels: int, lanes: int) -> Fits:
@@ -67,6 +70,7 @@ def fits(epochs: int, channels: int, lanes: int) -> Fits:
         chi2=np.full((epochs, lanes), np.nan),
         dof=np.zeros((epochs, lanes), np.int64),
         used=np.zeros((channels, epochs, lanes), np.bool_),
+        ends=np.full((epochs, 2, lanes), np.nan),
     )
 
 
@@ -149,6 +153,7 @@ def fit_pass(f, p, begin, stop, unknowns, robust, carried, out):
     w = np.empty(total)
     index = np.empty(total, np.int64)
     line = np.empty(5)
+    ends = np.empty(2)
     least = 4 if unknowns == SWITCH else unknowns
     for lane in range(lanes):
         for c in range(channels):
@@ -221,6 +226,10 @@ def fit_pass(f, p, begin, stop, unknowns, robust, carried, out):
                 out.status[k, lane] = AT_BOUND
             else:
                 out.status[k, lane] = FITTED
+                if covariance[1, 1] > (CURVED * min(theta[1], p.a - theta[1])) ** 2:
+                    interval(own, weight, epochs, p, theta, covariance, fitted, huber, ends)
+                    out.ends[k, 0, lane] = ends[0]
+                    out.ends[k, 1, lane] = ends[1]
             if known:
                 for i in range(UNKNOWNS):
                     for j in range(UNKNOWNS):

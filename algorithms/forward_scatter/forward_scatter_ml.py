@@ -134,6 +134,7 @@ def run(recording: DopplerPairs, parameters: LikelihoodParameters, context: RunC
         piece.put(arrays, "status", _STATUS[out.status])
         piece.put(arrays, "theta", out.theta)
         piece.put(arrays, "theta_covariance", out.covariance)
+        piece.put(arrays, "distance_interval_m", out.ends)
         piece.put(arrays, "chi2", out.chi2)
         piece.put(arrays, "dof", out.dof)
         piece.put(arrays, "used", out.used.transpose(1, 0, 2))
@@ -183,6 +184,7 @@ def _fall_back(piece: Piece, pairs: list[Pair], conditions: Conditions, arrays: 
         row, trial = piece.rows[k], piece.lanes[lane]
         theta[row, :, trial] = answer.theta[k, :, lane]
         spread[row, :, :, trial] = answer.covariance[k, :, :, lane]
+        arrays["distance_interval_m"][row, :, trial] = np.nan
         arrays["status"][row, trial] = outputs.FALLBACK
 
 

@@ -66,6 +66,13 @@ OUTPUTS = (
         "squares of the units of theta",
         "predicted by linearisation; 0 where an unknown is not estimated",
     ),
+    Output(
+        "distance_interval_m",
+        ("mark", "end", "trial"),
+        "m",
+        "95 % interval of the crossing distance: 1.96 standard deviations, or of a fit that is uncertain by more than "
+        "5 % of the distance to the nearer end, where its likelihood falls by as much",
+    ),
     Output("chi2", ("mark", "trial"), "1", "sum of squared residuals over the error's square, of all data so far"),
     Output("dof", ("mark", "trial"), "", "degrees of freedom of chi2"),
     Output("used", ("mark", "channel", "trial"), "", "whether the Doppler went into the estimate"),

@@ -57,6 +57,7 @@ def empty_arrays(recording: DopplerPairs, *, lines: bool) -> Arrays:
         "status": np.full((m, lanes), NO_VALUES, np.int64),
         "theta": np.full((m, UNKNOWNS, lanes), nan),
         "theta_covariance": np.full((m, UNKNOWNS, UNKNOWNS, lanes), nan),
+        "distance_interval_m": np.full((m, 2, lanes), nan),
         "chi2": np.full((m, lanes), nan),
         "dof": np.zeros((m, lanes), np.int64),
         "used": np.zeros((m, c, lanes), np.bool_),

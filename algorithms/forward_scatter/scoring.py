@@ -24,7 +24,6 @@ from algorithms.toolbox.frames.forward_scatter import ScatterFrame
 Floats = NDArray[np.float64]
 
 FAR_M = 5_000.0
-NORMAL_95 = 1.959964
 
 
 BOUNDS = {3: "crossing_distance_bound_3_m", 4: "crossing_distance_bound_4_m"}
@@ -74,7 +73,9 @@ def score_with(
     far = ~known | (np.abs(s_error) > FAR_M)
     sd = np.sqrt(np.maximum(covariance[:, 1, 1], 0.0))
     told = known & (sd > 0)
-    covered = told & (np.abs(s_error) <= NORMAL_95 * sd)
+    ends = np.asarray(arrays["distance_interval_m"], float)
+    with np.errstate(invalid="ignore"):
+        covered = told & (ends[:, 0] <= crossing[:, 1, None]) & (crossing[:, 1, None] <= ends[:, 1])
     dof = np.asarray(arrays["dof"], float)
     chi2 = np.asarray(arrays["chi2"], np.float64)
     tested = np.isfinite(chi2) & (dof > 0)

@@ -110,6 +110,8 @@ def _crossings(recording: DopplerPairs, result: Result) -> Table:
     for i, name in enumerate(names):
         columns[name] = _flat(a["theta"][:, i])
         columns[f"sigma_{name}"] = _flat(sd[:, i])
+    for end, name in enumerate(("low", "high")):
+        columns[f"distance_{name}_m"] = _flat(a["distance_interval_m"][:, end])
     columns["course_deg"] = np.degrees(np.arctan2(columns["across_mps"], columns["along_mps"]))
     columns["chi2"] = _flat(a["chi2"])
     columns["dof"] = _flat(a["dof"])

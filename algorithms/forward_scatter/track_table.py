@@ -19,8 +19,9 @@ from algorithms.toolbox.frames.forward_scatter import scatter_frame
 Floats = NDArray[np.float64]
 
 _NAMES = (
-    "track", "target", "state", "start_s", "end_s", "distance_m", "sigma_distance_m", "crossing_s", "sigma_crossing_s",
-    "across_mps", "sigma_across_mps", "along_mps", "course_deg", "doubts", "used_share", "updates", "misses", "reason",
+    "track", "target", "state", "start_s", "end_s", "distance_m", "sigma_distance_m", "distance_low_m",
+    "distance_high_m", "crossing_s", "sigma_crossing_s", "across_mps", "sigma_across_mps", "along_mps", "course_deg",
+    "doubts", "used_share", "updates", "misses", "reason",
 )  # fmt: skip
 _TEXTS = {"target", "state", "reason", "doubts"}
 
@@ -49,6 +50,7 @@ def _row(recording: DopplerPairs, result: Result, where: Any, trial: int, base_m
         theta = np.asarray(a["theta"][last, :, trial], float)
         variance = np.diagonal(a["theta_covariance"][last, :, :, trial])
     tau, s, across, along, _ = theta.tolist()
+    ends = [np.nan, np.nan] if last is None else np.asarray(a["distance_interval_m"][last, :, trial], float).tolist()
     with np.errstate(invalid="ignore"):
         sd_tau, sd_s, sd_across = np.sqrt(variance[:3]).tolist()
     doppler = signed_dopplers(recording, where, trial, unsigned=is_unsigned(result))
@@ -76,6 +78,7 @@ def _row(recording: DopplerPairs, result: Result, where: Any, trial: int, base_m
         recording.time_s[where[-1]],
         s,
         sd_s,
+        *ends,
         tau,
         sd_tau,
         across,

@@ -331,6 +331,8 @@ export default {
   "column.sigma_crossing_s": "± crossing, s",
   "column.distance_m": "Distance, m",
   "column.sigma_distance_m": "± distance, m",
+  "column.distance_low_m": "distance from, m",
+  "column.distance_high_m": "distance to, m",
   "column.across_mps": "Across, m/s",
   "column.sigma_across_mps": "± across, m/s",
   "column.along_mps": "Along, m/s",

@@ -3,6 +3,7 @@
 
 /** @type {Record<string, string>} */
 export const words = {
+  "95 % interval of the crossing distance: 1.96 standard deviations, or of a fit that is uncertain by more than 5 % of the distance to the nearer end, where its likelihood falls by as much": "95 % интервал расстояния пересечения: 1,96 СКО, а у оценки, неопределённой больше чем на 5 % расстояния до ближнего конца базы, – где её правдоподобие падает настолько же",
   // Algorithms
   "One receiver with azimuth": "Один приёмник с азимутом",
   "Slope of the Doppler at the crossing and rate of the azimuth give distance and velocity; an elevation gives the height.": "Крутизна доплеровской частоты в момент пересечения и скорость изменения азимута дают дальность и скорость; угол места даёт высоту.",

@@ -46,6 +46,7 @@ export const codes = {
   "axis.mark": "отметка",
   "axis.trial": "реализация",
   "axis.component": "составляющая",
+  "axis.end": "конец промежутка",
   "axis.triangle": "элемент треугольника",
   "axis.station": "пункт",
   "axis.root": "решение",

@@ -332,6 +332,8 @@ export default {
   "column.sigma_crossing_s": "± пересечение, с",
   "column.distance_m": "Дальность, м",
   "column.sigma_distance_m": "± дальность, м",
+  "column.distance_low_m": "дальность от, м",
+  "column.distance_high_m": "дальность до, м",
   "column.across_mps": "Поперёк, м/с",
   "column.sigma_across_mps": "± поперёк, м/с",
   "column.along_mps": "Вдоль, м/с",

@@ -146,6 +146,14 @@ def test_the_default_reaches_the_bound_and_covers_what_it_says(scenario: dict[st
     assert ((share > 0.93) & (share < 0.97)).all(), share
 
 
+@pytest.mark.parametrize("scenario", [S15, S30], ids=["15 km", "30 km"])
+def test_intervals_hold_at_ten_times_the_noise(scenario: dict[str, Any]) -> None:
+    """1.96 standard deviations cover 84 to 90 % there: the likelihood is curved, and the interval follows it."""
+    found = Found(ML, scenario | {"sigma_doppler_hz": 2.0}, trials=2048)
+    share = found.curve("crossing_distance_coverage_share")[20:]
+    assert ((share > 0.91) & (share < 0.97)).all(), share
+
+
 def test_table_8_2_all_measurements_in_place_of_ten() -> None:
     """The spread falls by 14 and 11 %; the rms error with its bias by 26 and 6 %."""
     for scenario, sd, rms in ((S15, 0.14, 0.26), (S30, 0.11, 0.06)):

@@ -1,4 +1,4 @@
-"""Distance, velocity and time of the crossing as each row gives them, with bands of two standard deviations."""
+"""What each row says of the crossing: distance with its 95 % interval, velocity and time with two sigma."""
 
 from __future__ import annotations
 
@@ -41,10 +41,16 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             sd = scale * rows.numbers(f"sigma_{name}")
             with np.errstate(invalid="ignore"):
                 wild = ~(sd < 3 * np.nanstd(value) + abs(np.nanmedian(value))) if np.isfinite(value).any() else sd > 0
-            sd = np.where(wild, np.nan, sd)
-            traces += band_of(
-                entry, rows.time_s, value - 2 * sd, value + 2 * sd, f"{entry.label}, 2 sigma", rows.breaks, yaxis=key
-            )
+            low, high, words = value - 2 * sd, value + 2 * sd, "2 sigma"
+            if name == "distance_m" and np.isfinite(rows.numbers("distance_low_m")).any():
+                # Of a distance that is uncertain the likelihood knows that it errs further to one side.
+                low, high, words = (
+                    scale * rows.numbers("distance_low_m"),
+                    scale * rows.numbers("distance_high_m"),
+                    "95 %",
+                )
+            low, high = np.where(wild, np.nan, low), np.where(wild, np.nan, high)
+            traces += band_of(entry, rows.time_s, low, high, f"{entry.label}, {words}", rows.breaks, yaxis=key)
         for entry, rows in found:
             value = scale * _values(rows, name)
             ranges.setdefault(key, []).append(value[np.isfinite(value)])
