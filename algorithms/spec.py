@@ -170,7 +170,8 @@ class Algorithm:
     score: Callable[[Any, Any, RunContext], Scores] | None = None
     """(simulated recording with truth, parameters, context) -> what is added up over trials; None = no Monte Carlo."""
     bound: Callable[[Any, Any], Floats | None] | None = None
-    """(simulated recording, parameters) -> (M,) m, lower bound of the rms horizontal error at each row; None = none."""
+    """(simulated recording, parameters) -> (T,) m, lower bound of the rms horizontal error at each instant of `score`;
+    None = none."""
 
 
 @dataclass(frozen=True)

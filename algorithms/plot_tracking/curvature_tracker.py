@@ -20,6 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.plot_tracking import outputs
+from algorithms.plot_tracking.bound import bound
 from algorithms.plot_tracking.curvature_scan import (
     ACQUIRED,
     INNER,
@@ -270,4 +271,5 @@ ALGORITHM = Algorithm(
     tabulate=tabulate,
     measure=measure,
     score=score,
+    bound=bound,
 )

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.plot_tracking import outputs
+from algorithms.plot_tracking.bound import bound
 from algorithms.plot_tracking.history import Estimates, History, Ints
 from algorithms.plot_tracking.imm_filter import Motion, predicted
 from algorithms.plot_tracking.imm_rules import Clutter, Identity, Rules, Taken, gate_radius
@@ -310,4 +311,5 @@ ALGORITHM = Algorithm(
     tabulate=tabulate,
     measure=measure,
     score=score,
+    bound=bound,
 )

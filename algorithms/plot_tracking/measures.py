@@ -11,7 +11,7 @@ from algorithms.plot_tracking.calibration import INNER, MIDDLE_ONE, OUTER, gate_
 from algorithms.plot_tracking.joined_tables import joined_metrics
 from algorithms.plot_tracking.outputs import LEFT_OUT, MANOEUVRE, NOT_DETECTED, SHARED
 from algorithms.plot_tracking.scenario import CLUTTER
-from algorithms.plot_tracking.scoring import FALSE_BELOW, manoeuvres, settled, switches, track_shares
+from algorithms.plot_tracking.scoring import FALSE_BELOW, manoeuvre_calls, manoeuvres, settled, switches, track_shares
 from algorithms.plot_tracking.truth import Matched, matched
 from algorithms.recording import PolarPlots
 from algorithms.result import Metric, Result
@@ -107,6 +107,14 @@ def _against_truth(m: Matched, a: dict[str, Any]) -> list[Metric]:
         out.append(Metric("gospa_false", float(np.mean([d.false for d in since])), "1", len(since)))
     begun = len(manoeuvres(m, a["scan_time_s"]))
     out.append(Metric("true_manoeuvres", float(begun), "1", begun))
+    calls = manoeuvre_calls(m, a)
+    delay = calls.delay_s[np.isfinite(calls.delay_s)]
+    if begun:
+        out.append(_share("manoeuvre_detected", int(calls.detected.sum()), int(calls.onset.sum())))
+        median = float(np.median(delay)) if delay.size else None
+        out.append(Metric("median_manoeuvre_delay_s", median, "s", int(delay.size)))
+    quiet = calls.followed * calls.steady
+    out.append(_share("manoeuvre_false_share", int((quiet * calls.called).sum()), int(quiet.sum())))
     if 1 < len(m.truth.names) <= 200:
         for k, name in enumerate(m.truth.names):
             own = known & (m.owner == k)

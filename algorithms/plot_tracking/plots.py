@@ -106,7 +106,7 @@ def _cut(time: Floats, scan: Ints) -> list[Ints]:
     kind = np.where(numbered, 0, 1)
     _, group = np.unique(np.stack([kind, key]), axis=1, return_inverse=True)
     group = group.ravel()
-    parts = [np.flatnonzero(group == g) for g in range(int(group.max()) + 1)]
+    parts = np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group))[:-1])
     return sorted(parts, key=lambda part: float(time[part].max()))
 
 

@@ -8,6 +8,7 @@ is detected where the tracker calls one before 30 s after its end. Of several ra
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -90,7 +91,7 @@ def score_result(recording: PolarPlots, result: Result) -> Scores:
     m = matched(recording, a, lanes)
     if m is None:
         return Scores(tuple(_without_truth(a, lanes, time.size)))
-    scan, target = np.nonzero(np.isfinite(m.truth.position_m[:, :, 0]))
+    scan, target = instants(m)
     e = m.estimate[scan, target]
     has = e >= 0
     at = np.maximum(e, 0)
@@ -111,12 +112,10 @@ def score_result(recording: PolarPlots, result: Result) -> Scores:
     determinant = xx * yy - xy * xy
     sound = has & (determinant > 0)
     nees = np.where(sound, (yy * ex**2 - 2 * xy * ex * ey + xx * ey**2) / np.where(sound, determinant, 1.0), 0.0)
-    decision = _of_plots(a, a["decision"], e, 0)
+    calls = manoeuvre_calls(m, a)
     ellipse = _of_plots(a, gate_classes(a), e, NO_CLASS)
-    followed = np.isin(decision, (UPDATED, MIDDLE, MANOEUVRE)).astype(float)
     late = settled(m)[scan, target].astype(float)[:, None] * np.ones(lanes)
     sets = _set_tallies(m, scan, lanes)
-    onset, detected, delay = _delays(m, time, scan, target, decision)
     tallies = [
         Tally("rms_horizontal_m", "m", place, known, root=True, curve=True, compared=True),
         Tally("rms_velocity_mps", "m/s", velocity, known, root=True, compared=True),
@@ -128,13 +127,14 @@ def score_result(recording: PolarPlots, result: Result) -> Scores:
         *sets,
         Tally("inner_share", "1", (ellipse == INNER).astype(float), (ellipse >= 0).astype(float), share=True),
         Tally("outer_share", "1", (ellipse == OUTER).astype(float), (ellipse >= 0).astype(float), share=True),
-        Tally("manoeuvre_share", "1", (decision == MANOEUVRE) * 1.0, followed, compared=True, share=True),
-        Tally("manoeuvre_detected", "1", detected, onset, compared=True, share=True),
+        Tally("manoeuvre_share", "1", calls.called, calls.followed, compared=True, share=True),
+        Tally("manoeuvre_false_share", "1", calls.called * calls.steady, calls.followed * calls.steady, share=True),
+        Tally("manoeuvre_detected", "1", calls.detected, calls.onset, compared=True, share=True),
         *_per_trial(m, a, lanes, time.size),
     ]
     samples = (
         Sample("horizontal_m", "m", np.sqrt(np.where(has, place, np.nan)).astype(np.float32)),
-        Sample("manoeuvre_delay_s", "s", delay.astype(np.float32)),
+        Sample("manoeuvre_delay_s", "s", calls.delay_s.astype(np.float32)),
     )
     return Scores(tuple(tallies), samples, time[scan], target, m.truth.names)
 
@@ -182,9 +182,38 @@ def _set_tallies(m: Matched, scan: Ints, lanes: int) -> list[Tally]:
     ]
 
 
-def _delays(m: Matched, time: Floats, scan: Ints, target: Ints, decision: Ints) -> tuple[Floats, Floats, Floats]:
-    """(T, L) 1 at the begin of each manoeuvre, 1 where it was detected, and how long after in s (NaN = not)."""
-    onset, detected = np.zeros(decision.shape), np.zeros(decision.shape)
+@dataclass(frozen=True)
+class Calls:
+    """When a tracker called a manoeuvre and when there was one; arrays (T, L) over scans and targets.
+
+    Attributes
+    ----------
+    followed, called : 1 where a plot in the tracking gate continued the target's track; where it showed a manoeuvre
+    steady : 1 where no true manoeuvre is on, nor ended less than 30 s ago
+    onset, detected : 1 at the begin of a true manoeuvre; 1 there where it was detected
+    delay_s : there, how long after; else NaN
+    """
+
+    followed: Floats
+    called: Floats
+    steady: Floats
+    onset: Floats
+    detected: Floats
+    delay_s: Floats
+
+
+def instants(m: Matched) -> tuple[Ints, Ints]:
+    """(T,) scan and target of everything that could be tracked."""
+    scan, target = np.nonzero(np.isfinite(m.truth.position_m[:, :, 0]))
+    return scan, target
+
+
+def manoeuvre_calls(m: Matched, a: dict[str, Any]) -> Calls:
+    """Hold what the tracker called a manoeuvre against the truth."""
+    time = a["scan_time_s"]
+    scan, target = instants(m)
+    decision = _of_plots(a, a["decision"], m.estimate[scan, target], 0)
+    onset, detected, steady = (np.full(decision.shape, v) for v in (0.0, 0.0, 1.0))
     delay = np.full(decision.shape, np.nan)
     for k, begin, end in manoeuvres(m, time):
         row = np.flatnonzero((target == k) & (scan == begin))
@@ -196,12 +225,14 @@ def _delays(m: Matched, time: Floats, scan: Ints, target: Ints, decision: Ints) 
         )
         if not (row.size and inside.size):
             continue
+        steady[inside] = 0.0
         called = decision[inside] == MANOEUVRE
         onset[row[0]] = 1.0
         found = called.any(axis=0)
         detected[row[0]] = found
         delay[row[0]] = np.where(found, time[scan[inside]][called.argmax(axis=0)] - time[begin], np.nan)
-    return onset, detected, delay
+    followed = np.isin(decision, (UPDATED, MIDDLE, MANOEUVRE)).astype(float)
+    return Calls(followed, (decision == MANOEUVRE).astype(float), steady, onset, detected, delay)
 
 
 def _per_trial(m: Matched, a: dict[str, Any], lanes: int, scans: int) -> list[Tally]:

@@ -59,6 +59,7 @@ export default {
   "metric.gospa_false": "GOSPA: false tracks",
   "metric.true_manoeuvres": "True manoeuvres",
   "metric.manoeuvre_detected": "Manoeuvres detected",
+  "metric.manoeuvre_false_share": "False alarms of a manoeuvre, share of plots",
   "metric.median_manoeuvre_delay_s": "Delay of detection, median",
   "metric.joined_tracks": "Joint tracks",
   "metric.join_recall": "Tracks of one target that were joined",

@@ -59,6 +59,7 @@ export default {
   "metric.gospa_false": "GOSPA: ложные трассы",
   "metric.true_manoeuvres": "Истинные манёвры",
   "metric.manoeuvre_detected": "Обнаруженные манёвры",
+  "metric.manoeuvre_false_share": "Ложные тревоги о манёвре, доля отметок",
   "metric.median_manoeuvre_delay_s": "Задержка обнаружения, медиана",
   "metric.joined_tracks": "Общие трассы",
   "metric.join_recall": "Объединённые трассы одной цели",

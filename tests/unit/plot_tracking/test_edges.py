@@ -108,6 +108,20 @@ def test_a_sure_detection_and_fewer_plots_than_tracks() -> None:
     assert metrics(recording, result)["tracked_share"] > 0.5
 
 
+@pytest.mark.parametrize(("tracker", "delay", "false"), [("curvature", 25, 0.031), ("nearest", 20, 0.003)])
+def test_when_a_manoeuvre_is_called_and_how_often_for_nothing(tracker: str, delay: float, false: float) -> None:
+    """Specification 9.1: 25 s and 0.035 for the paper's tracker; a turn is called again and again while it lasts."""
+    recording = simulated("wide_turn", trials=24)
+    found = metrics(recording, TRACKERS[tracker](recording))
+    assert (found["true_manoeuvres"], found["manoeuvre_detected"]) == (1, pytest.approx(1, abs=0.09))
+    assert found["median_manoeuvre_delay_s"] == pytest.approx(delay, abs=5)
+    assert found["manoeuvre_false_share"] == pytest.approx(false, abs=0.012)
+    straight = simulated(trials=24)
+    found = metrics(straight, TRACKERS[tracker](straight))
+    assert "manoeuvre_detected" not in found
+    assert found["manoeuvre_false_share"] == found["manoeuvre_share"] < 0.055
+
+
 @pytest.mark.parametrize(
     ("factor", "low", "high"), [(0.5, 0.0, 0.005), (1.0, 0.02, 0.055), (1.25, 0.055, 0.1), (2.0, 0.1, 0.2)]
 )
