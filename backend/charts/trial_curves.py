@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from algorithms.result import Column
 from backend.charts import theme
-from backend.charts.decimate import Picked, curve
+from backend.charts.decimate import Picked, curve, line_starts
 from backend.charts.figure import ChartNote, Trace, counted, thousands, trace
 from backend.charts.view import ChartOptions, Entry, RunView, swept_columns
 
 Floats = NDArray[np.float64]
 
+# Names of legs stand in rows under each other where they are wider than their legs on a chart of this width.
+USUAL_PX, LETTER_PX, ROW_PX, MOST_ROWS = 700, 6, 13, 3
 # The last of many swept values is drawn as faintly as this.
 FAINTEST = 0.4
 
@@ -108,8 +110,8 @@ def line(
     series: Series, name: str, values: Floats, options: ChartOptions, picked: list[Picked], hover: str, **look: Any
 ) -> Trace:
     """One curve of a series over time."""
-    starts = np.zeros(values.size, np.bool_)
-    starts[:1] = True
+    # Where targets come one after another a line over the silence between them would be an error of nobody.
+    starts = line_starts(np.zeros(values.size, np.int64), series.time_s)
     positive = np.where(values > 0, values, np.nan)
     points = curve(series.time_s, (np.log(positive),), starts, options.curve_points)
     picked.append(points)
@@ -195,17 +197,35 @@ def leg_shapes(legs: Sequence[tuple[str, float, float]]) -> dict[str, Any]:
         }
         for i, (start, stop) in enumerate(together)
     ]
+    words = {span: ", ".join(names) for span, names in together.items()}
     names = [
         {
-            "x": (start + stop) / 2,
+            "x": (span[0] + span[1]) / 2,
             "y": 1,
             "xref": "x",
             "yref": "paper",
             "yanchor": "top",
-            "text": ", ".join(names_of),
+            "yshift": -ROW_PX * row,
+            "text": words[span],
             "showarrow": False,
             "font": {"size": 10, "color": theme.AXIS},
         }
-        for (start, stop), names_of in together.items()
+        for span, row in _rows_of_names(words).items()
     ]
     return {"shapes": shapes, "annotations": names}
+
+
+def _rows_of_names(words: Mapping[tuple[float, float], str]) -> dict[tuple[float, float], int]:
+    """In which row each name finds room beside its neighbours; one that finds none in any row is left out."""
+    if not words:
+        return {}
+    per_px = max(max(stop for _, stop in words) - min(start for start, _ in words), 1e-9) / USUAL_PX
+    ends = [-np.inf] * MOST_ROWS
+    rows: dict[tuple[float, float], int] = {}
+    for span in sorted(words, key=lambda one: one[0] + one[1]):
+        middle, half = (span[0] + span[1]) / 2, 0.5 * LETTER_PX * (len(words[span]) + 1) * per_px
+        free = [row for row, end in enumerate(ends) if middle - half >= end]
+        if free:
+            rows[span] = free[0]
+            ends[free[0]] = middle + half
+    return rows

@@ -81,19 +81,54 @@ def estimated_tracks(states: Table, origin: Origin) -> Iterator[GeoTrack]:
         )
 
 
+# A place without a name that lies further than this from where the one before was heading is another target's.
+_SAME_TARGET_M = 20.0
+_SAME_TARGET_SHARE = 0.2
+
+
 def true_tracks(recording: Recording, origin: Origin) -> Iterator[GeoTrack]:
-    """Give the true paths: whole ones where the recording has them, else the truth of its rows."""
+    """Give the true paths: whole ones where the recording has them, else the truth of its rows.
+
+    Targets that nobody named come one after another under one name: each is a path of its own.
+    """
     whole = recording.truth_tracks
     if whole is not None:
         time_s, target, local, names = whole.time_s, whole.target, whole.position_m, whole.targets
+        velocity = whole.velocity_mps
     else:
         known = np.flatnonzero(np.isfinite(recording.truth_m).all(axis=1))
         order = known[np.lexsort((recording.time_s[known], recording.target[known]))]
         time_s, target, local = recording.time_s[order], recording.target[order], recording.truth_m[order]
-        names = recording.targets
+        names, velocity = recording.targets, recording.truth_velocity_mps[order]
     position = to_geodetic(local, origin)
-    for start, stop in _groups(target[:, None]):
+    unnamed = np.array([not name for name in names])[target]
+    begins = np.cumsum(_leaps(time_s, local, velocity) & unnamed)
+    for start, stop in _groups(np.stack([target, begins], axis=1)):
         yield GeoTrack("truth", "", names[target[start]], "", time_s[start:stop], position[start:stop])
+
+
+def _leaps(time_s: Floats, local_m: Floats, velocity_mps: Floats) -> NDArray[np.bool_]:
+    """Whether a place is none that the one before leads to: by the velocities, or by the steps before and after."""
+    if len(time_s) < 2:
+        return np.zeros(len(time_s), np.bool_)
+    step = np.diff(time_s)[:, None]
+    moved = np.diff(local_m, axis=0)
+    nothing = np.full((1, 3), np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speed = moved / step
+        told = 0.5 * (velocity_mps[1:] + velocity_mps[:-1])
+        fits = np.zeros(len(moved), np.bool_)
+        unknown = np.ones(len(moved), np.bool_)
+        for one in (told, np.vstack([nothing, speed[:-1]]), np.vstack([speed[1:], nothing])):
+            expected = one * step
+            known = np.isfinite(expected).all(axis=1)
+            if one is not told:
+                # Steps speak only where no velocity does.
+                known &= ~np.isfinite(told).all(axis=1)
+            allowed = _SAME_TARGET_M + _SAME_TARGET_SHARE * np.linalg.norm(expected, axis=1)
+            fits |= known & (np.linalg.norm(moved - expected, axis=1) <= allowed)
+            unknown &= ~known
+    return np.append(False, ~fits & ~unknown)
 
 
 def places_of(site: Site | None, origin: Origin) -> list[GeoPlace]:

@@ -61,7 +61,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
       text: saidNames(note.text ?? ""),
       font: { ...note.font, color: colours.muted },
       // Names of intervals side by side have room only upright.
-      ...(narrow && note.xref === "x" && note.yref === "paper" && note.y === 1 ? { textangle: -90, xanchor: "center" } : {}),
+      ...(narrow && note.xref === "x" && note.yref === "paper" && note.y === 1 ? { textangle: -90, xanchor: "center", yshift: 0 } : {}),
       ...(note.arrowcolor ? { arrowcolor: colours.muted } : {}),
     }));
   }

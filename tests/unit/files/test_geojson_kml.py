@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import io
 import json
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 
+from algorithms.recording import DopplerPairs
+from algorithms.registry import scenarios_by_name
 from algorithms.result import Table
 from algorithms.site import Origin
-from backend.files.geo_tracks import GeoPlace, GeoTrack, estimated_tracks, utc_texts
+from backend.files.geo_tracks import GeoPlace, GeoTrack, estimated_tracks, true_tracks, utc_texts
 from backend.files.geojson import write_geojson
 from backend.files.kml import write_kml
 
@@ -89,3 +92,29 @@ def test_names_of_any_characters_are_xml():
     names = [e.text for e in ElementTree.fromstring(out.getvalue()).iter("{http://www.opengis.net/kml/2.2}name")]
     assert names.count(NAME.replace("\x01", "\ufffd")) == 4
     assert "not known" not in out.getvalue()
+
+
+def _passes(**more):
+    scenario = scenarios_by_name()["forward_scatter_pass"]
+    recording = scenario.simulate(scenario.parameters(targets=3, target_interval_s=60.0), (0,), 1)
+    assert isinstance(recording, DopplerPairs)
+    return replace(recording, **more)
+
+
+def test_true_paths_of_targets_without_names_are_paths_of_their_own():
+    found = _passes()
+    nobody = replace(found, target=np.zeros(len(found), np.int64), targets=("",))
+    origin = Origin(latitude_deg=55, longitude_deg=37, height_m=0)
+    named = list(true_tracks(found, origin))
+    unnamed = list(true_tracks(nobody, origin))
+    assert len(named) == len(unnamed) == 3
+    for one, other in zip(named, unnamed, strict=True):
+        np.testing.assert_array_equal(one.position, other.position)
+    still = replace(nobody, truth_velocity_mps=np.full((len(found), 3), np.nan))
+    assert len(list(true_tracks(still, origin))) == 3, "without velocities by the step before"
+
+
+def test_a_named_target_that_leaps_stays_one_path():
+    found = _passes()
+    one = replace(found, target=np.zeros(len(found), np.int64), targets=("A",))
+    assert len(list(true_tracks(one, Origin(latitude_deg=55, longitude_deg=37, height_m=0)))) == 1
