@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.multilateration.altitudes import SOURCES
+from algorithms.multilateration.emitters import DECISIONS
 from algorithms.multilateration.lanes import REASONS, STATUS
 from algorithms.result import Output, Result
 
@@ -47,6 +48,11 @@ FILTER_OUTPUTS = (
     Output("altitude_source", ("mark", "trial"), "", "where the mark's altitude comes from", SOURCES),
     Output("altitude_given_m", ("mark", "trial"), "m", "the altitude, decoded or standing in for one; NaN = none"),
     Output("altitude_sigma_m", ("mark", "trial"), "m", "its standard deviation"),
+    Output("emitter", ("mark",), "", "whose the mark is, where emitters were told apart; -1 = nobody's"),
+    Output("emitter_decision", ("mark",), "", "what was decided about that", DECISIONS),
+    Output("emitter_distance", ("mark",), "1", "squared distance to the nearest emitter"),
+    Output("emitter_threshold", ("mark",), "1", "up to which it may be that emitter's"),
+    Output("emitter_rival", ("mark",), "", "the emitter that claimed it too; -1 = none"),
 )
 
 MODELS_OUTPUTS = (

@@ -161,6 +161,16 @@ class MissingAltitudeParameters(Parameters):
 class StartParameters(MarkParameters):
     """What describes where a track starts."""
 
+    emitters: Literal["given", "separate"] = parameter(
+        "given",
+        title="Marks without an address",
+        group="association",
+        choices={
+            "given": "are of one emitter",
+            "separate": "are told apart by where they can come from",
+        },
+    )
+    """Whether a recording may hold several emitters whose marks do not say whose they are."""
     start: Start = parameter(Start(), title="Start", group="start", advanced=True)
     """Where the filter starts."""
     start_marks: int = parameter(

@@ -14,6 +14,7 @@ from algorithms.multilateration import lanes
 from algorithms.multilateration.altitudes import SOURCES
 from algorithms.multilateration.outputs import position_covariance
 from algorithms.multilateration.receiver_tables import receiver_tables
+from algorithms.multilateration.separated import as_told_apart, emitter_decisions
 from algorithms.recording import ToaMarks
 from algorithms.result import Result, Table
 from algorithms.texts import Texts
@@ -38,6 +39,8 @@ _ACCELERATION = [2, 5, 8]
 
 def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
     """Return the tables states, errors (with truth), tracks, decisions and receivers of one recording."""
+    of_emitters = emitter_decisions(recording, result)
+    recording = as_told_apart(recording, result)
     rows = _Rows.of(recording, result)
     tables = {
         "states": _states(recording, result, rows),
@@ -48,6 +51,8 @@ def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
         tables["errors"] = _errors(recording, result, rows)
     if "mode_probability" in result.arrays:
         tables["mode_probabilities"] = _probabilities(result, rows)
+    if of_emitters is not None:
+        tables["emitters"] = of_emitters
     return tables
 
 

@@ -18,6 +18,7 @@ from algorithms.multilateration.imm_kernel import filter_marks_by_models
 from algorithms.multilateration.lanes import Report, Setup, Track
 from algorithms.multilateration.outputs import position_part
 from algorithms.multilateration.parameters import FilterParameters, MarkParameters, MissingAltitudeParameters, Start
+from algorithms.multilateration.separated import of_one_emitter, run_separated
 from algorithms.multilateration.smoothing import check_size, smooth_report
 from algorithms.recording import ToaMarks
 from algorithms.result import Note, Result, Setting
@@ -55,6 +56,26 @@ def run_filter(
     RunCancelled
         Where the context says so.
     """
+
+    def filtered(marks: ToaMarks, part: RunContext) -> Result:
+        return _run(marks, parameters, part, altitude=altitude, models=models, emission_sd_m=emission_sd_m)
+
+    if parameters.emitters == "separate" and "" in recording.targets and recording.toa_s.shape[2] == 1:
+        return run_separated(recording, parameters, context, filtered, altitude=altitude)
+    result = filtered(recording, context)
+    settings = dict(result.settings) | {"emitters": given_or_default(parameters, "emitters")}
+    return Result(result.arrays, result.notes, settings)
+
+
+def _run(
+    recording: ToaMarks,
+    parameters: FilterParameters,
+    context: RunContext,
+    *,
+    altitude: bool,
+    models: Choice | None,
+    emission_sd_m: float | None,
+) -> Result:
     report, conditions, settings, altitudes = _filtered(
         recording, parameters, context, altitude=altitude, lean=False, models=models, emission_sd_m=emission_sd_m
     )
@@ -67,6 +88,7 @@ def run_filter(
         "altitude_given_m": altitudes.altitude_m,
         "altitude_sigma_m": altitudes.sigma_m,
     }
+    arrays |= of_one_emitter(recording)
     return Result(arrays, notes, settings)
 
 

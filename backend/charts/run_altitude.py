@@ -35,7 +35,7 @@ SIGMAS = 1.959964
 VIEW_MARGIN = 0.5
 # An altitude that was not decoded, by where it came from.
 STAND_INS = {"held": "altitude held", "type": "altitude of the type", "class": "assumed altitude"}
-SYMBOLS = {"held": "line-ew-open", "type": "diamond-open", "class": "square-open"}
+SYMBOLS = {"held": "circle-open", "type": "diamond-open", "class": "square-open"}
 BAR_OPACITY = 0.3
 BARS = 150
 
