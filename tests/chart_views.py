@@ -184,13 +184,13 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
         columns |= {statistic: np.where(known, 1.5, np.nan)}
         columns |= {f"{statistic}_low": np.where(known, 0.7, np.nan), f"{statistic}_high": np.where(known, 1.4, np.nan)}
     metrics: dict[str, Any] = {
-        "metric": ["rms_horizontal_m"] * 3 + ["crossing_distance_rms_m"] * 2,
-        "segment": [None, None, "orbit", "crossing", "crossing"],
-        "target": [None] * 5,
-        swept: np.array([10.0, 100.0, 10.0, 10.0, 100.0]),
-        "value": scale * np.array([20.0, 30.0, 40.0, 20.0, 30.0]),
-        "ci95_low": scale * np.array([19.0, 29.0, 39.0, 19.0, 29.0]),
-        "ci95_high": scale * np.array([21.0, np.nan, 41.0, 21.0, 31.0]),
+        "metric": ["rms_horizontal_m"] * 3 + ["crossing_distance_rms_m"] * 2 + ["ospa_m"] * 2,
+        "segment": [None, None, "orbit", "crossing", "crossing", None, None],
+        "target": [None] * 7,
+        swept: np.array([10.0, 100.0, 10.0, 10.0, 100.0, 10.0, 100.0]),
+        "value": scale * np.array([20.0, 30.0, 40.0, 20.0, 30.0, 100.0, 150.0]),
+        "ci95_low": scale * np.array([19.0, 29.0, 39.0, 19.0, 29.0, 95.0, 140.0]),
+        "ci95_high": scale * np.array([21.0, np.nan, 41.0, 21.0, 31.0, 105.0, 160.0]),
     }
     return {"curves": Table(columns), "metrics": pair_metrics(metrics, swept)}
 

@@ -263,6 +263,7 @@ ALGORITHM = Algorithm(
         "drms",
         "trials_error",
         "trials_sweep",
+        "trials_heat",
         "trials_sets",
         "trials_consistency",
     ),

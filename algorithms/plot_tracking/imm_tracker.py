@@ -297,6 +297,7 @@ ALGORITHM = Algorithm(
         "nis",
         "trials_error",
         "trials_sweep",
+        "trials_heat",
         "trials_sets",
         "trials_consistency",
     ),
