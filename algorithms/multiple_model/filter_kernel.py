@@ -33,8 +33,18 @@ from algorithms.multiple_model.states import (
     WAITING,
 )
 from algorithms.toolbox.filters.merging import MOMENT, merge_moments, merge_weights
-from algorithms.toolbox.filters.multiple_model import absorb, advance, conclude, place, settle_start
+from algorithms.toolbox.filters.multiple_model import (
+    GPB2,
+    absorb,
+    advance,
+    advance_here,
+    conclude,
+    conclude_here,
+    place,
+    settle_start,
+)
 from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.kernels.flat import woven
 from algorithms.toolbox.kernels.symmetric import solve3
 from algorithms.toolbox.sensors.position_rows import PositionMark, linearised
 
@@ -61,7 +71,7 @@ def region_of(setup, x, y, z):
     return count
 
 
-@bare
+@woven
 def _together(k, stop, lanes, marks, setup, state, now):
     """Whether the group is one row that every lane takes; then say so."""
     if stop != k + 1:
@@ -149,7 +159,7 @@ def _fill(row, lane_row, lanes, marks, now):
             now.sd[a, lane] = marks.sd[r, a] if good else 1.0
 
 
-@bare
+@woven
 def _fill_together(row, lanes, marks, now):
     """The same where every lane has the row."""
     for a in range(3):
@@ -163,11 +173,11 @@ def _fill_together(row, lanes, marks, now):
             sd[lane] = value
 
 
-@bare
+@woven
 def _move(bank, setup, track, work, state, now):
     """Move all hypotheses over `now.dt`; long gaps in steps where they are asked for."""
     if setup.substep_above_s == np.inf:
-        clip = advance(bank, track, work, now.dt, now.region)
+        clip = advance_here(bank, track, work, now.dt, now.region)
         state.clip[0] = clip if np.isnan(clip) else max(state.clip[0], clip)
         return
     for lane in range(LANES):
@@ -190,7 +200,7 @@ def _move(bank, setup, track, work, state, now):
         clip = advance(bank, track, work, now.step, now.region)
         state.clip[0] = clip if np.isnan(clip) else max(state.clip[0], clip)
         if again:
-            conclude(bank, track, work, now.stepping)
+            conclude(bank, track, work, work.s, now.stepping)
 
 
 @bare
@@ -287,13 +297,16 @@ def filter_groups(marks, setup, bank, track, state, work, rows, now, report, fir
         _move(bank, setup, track, work, state, now)
         row = now.chosen[0]
         mark = PositionMark(marks.kind[row], marks.axes[marks.sensor[row]], marks.origin[row], now.sd, now.z, now.y)
+        # Where every lane goes, updated states are written where they belong.
+        taken = together and lanes == LANES and bank.structure != GPB2
+        updated = track.s if taken else work.updated
         for h in range(hypotheses):
             if h == 0 or setup.way > 0:
                 linearised(mark, setup.way, now.go, work.s[h], rows)
             else:
                 _same_rows(now.y, now.go, work.s[h], rows.r)
-            absorb(bank, work, h, rows.r, rows.log_volume)
-        conclude(bank, track, work, now.go)
+            absorb(bank, work, h, rows.r, rows.log_volume, updated[h])
+        conclude_here(bank, track, work, updated, now.go, taken)
         if together and all_usual(lanes, marks, setup, bank, track, state, work, now, report):
             write_together(k, lanes, setup, bank, track, work, state, now, report)
             continue
@@ -308,7 +321,7 @@ def filter_groups(marks, setup, bank, track, state, work, rows, now, report, fir
         write(k, stop, lanes, coasting, setup, bank, track, work, state, now, report)
 
 
-@bare
+@woven
 def _same_rows(y, go, x, rows):
     """Innovations of another hypothesis by the rows that all share."""
     for i in range(3):

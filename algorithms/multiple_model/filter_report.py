@@ -20,6 +20,7 @@ from algorithms.multiple_model.states import (
 from algorithms.toolbox.filters.merging import copy_hypothesis
 from algorithms.toolbox.filters.multiple_model import combine, place, start_lane
 from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.kernels.flat import woven
 from algorithms.toolbox.sensors.position_rows import gradients, position_covariance
 
 
@@ -44,7 +45,7 @@ def start(row, lane, marks, setup, bank, track, state, now, rows):
     now.shown[lane] = 1
 
 
-@bare
+@woven
 def all_usual(lanes, marks, setup, bank, track, state, work, now, report):
     """Where every lane took row `now.chosen`: do what `finish` does, if nothing in it has to be decided."""
     row, models, lead, nis = now.chosen[0], track.log.shape[0], track.lead, now.total
@@ -140,7 +141,7 @@ def _blend_predicted(lanes, models, work, now):
 def write(k, stop, lanes, coasting, setup, bank, track, work, state, now, report):
     """Report the group: the chosen row of each lane, and why the other rows were not."""
     models = track.log.shape[0]
-    combine(bank, track, work, now.answer)
+    combine(bank, track, work, now.rows, now.answer)
     if bank.structure != 0 and setup.heights.shape[0] > 0:
         copy_hypothesis(now.answer, track.common)
     if coasting > 0:
@@ -188,10 +189,10 @@ def _put_row(values, first, lanes, row, out):
             theirs[lane] = ours[lane]
 
 
-@bare
+@woven
 def write_together(row, lanes, setup, bank, track, work, state, now, report):
     """The same where every lane took the one row that there is."""
-    combine(bank, track, work, now.answer)
+    combine(bank, track, work, now.rows, now.answer)
     if bank.structure != 0 and setup.heights.shape[0] > 0:
         copy_hypothesis(now.answer, track.common)
     status, track_number, number = report.status[row], report.track[row], state.number

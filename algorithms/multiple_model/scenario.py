@@ -15,6 +15,15 @@ from pydantic.fields import FieldInfo
 
 from algorithms.errors import ParameterError
 from algorithms.multiple_model.flight import Command, Flight, Flown, fly
+from algorithms.multiple_model.random_flight import (
+    AFTER_S,
+    ANTENNA_ELEVATION_DEG,
+    FIRST_S,
+    UP_M,
+    VELOCITY_NORTH_MPS,
+    VELOCITY_UP_MPS,
+    random_flight,
+)
 from algorithms.recording import AntennaPlots
 from algorithms.site import Site
 from algorithms.spec import Leg, Parameters, Reference, Scenario, parameter, trial_stream
@@ -277,6 +286,59 @@ ManoeuvringParameters = preset(
     legs=_legs(("straight", 10, 60), ("turn", 60, 81), ("climb", 81, 121), ("gap", 150, 175), ("weave", 180, 201)),
 )  # fmt: skip
 
+
+class RandomManoeuvres(Parameters):
+    """A trajectory of the random family, its rate and its accuracies."""
+
+    number: int = parameter(0, title="Trajectory", group="targets", ge=0, le=1_000_000)
+    """Each number is another random trajectory; nobody selected them."""
+    rate_hz: float = parameter(20.0, title="Rate", unit="Hz", group="timing", ge=0.1, le=100)
+    """Plots in a second."""
+    sigma_range_m: float = parameter(2.5, title="Range error", unit="m", symbol="σ_r", group="reception", gt=0, le=1e4)
+    """Standard deviation; the site tells it to the algorithms."""
+    sigma_bicone_elevation_deg: float = parameter(
+        0.1, title="Bicone elevation error", unit="°", symbol="σ_ε", group="reception", gt=0, le=5
+    )
+    """Standard deviation; the site tells it to the algorithms."""
+    sigma_bicone_azimuth_deg: float = parameter(
+        0.1, title="Bicone azimuth error", unit="°", symbol="σ_α", group="reception", gt=0, le=5
+    )
+    """Standard deviation; the site tells it to the algorithms."""
+    detection_probability: float = parameter(
+        1.0, title="Detection probability", unit="1", group="reception", ge=0, le=1
+    )
+    """Share of instants with a plot."""
+
+
+@lru_cache(maxsize=64)
+def random_scenario(parameters: RandomManoeuvres) -> AntennaScenario:
+    """Return the scenario that flies the chosen trajectory; its legs begin when the velocity is known."""
+    flight = random_flight(parameters.number)
+    stop = flight.end_s + AFTER_S
+    return AntennaScenario(
+        east_m=flight.east_m, north_m=flight.north_m, up_m=UP_M, velocity_north_mps=VELOCITY_NORTH_MPS,
+        velocity_up_mps=VELOCITY_UP_MPS, free_flight=True, commands=flight.commands, duration_s=stop,
+        antenna_elevation_deg=ANTENNA_ELEVATION_DEG, rate_hz=parameters.rate_hz,
+        sigma_range_m=parameters.sigma_range_m, sigma_bicone_elevation_deg=parameters.sigma_bicone_elevation_deg,
+        sigma_bicone_azimuth_deg=parameters.sigma_bicone_azimuth_deg,
+        detection_probability=parameters.detection_probability,
+        legs=_legs(
+            ("ballistic", 10, FIRST_S), ("manoeuvre", FIRST_S, flight.end_s),
+            ("settling", flight.end_s, flight.end_s + 8.5), ("later", flight.end_s + 8.5, stop + 0.001),
+        ),
+    )  # fmt: skip
+
+
+def simulate_random(parameters: RandomManoeuvres, trials: tuple[int, ...], seed: int) -> AntennaPlots:
+    """Simulate antenna plots of one trajectory of the random family."""
+    return simulate(random_scenario(parameters), trials, seed)
+
+
+def legs_of_random(parameters: RandomManoeuvres) -> tuple[Leg, ...]:
+    """Return the stages of the trajectory."""
+    return legs_of(random_scenario(parameters))
+
+
 SCENARIOS = (
     Scenario(
         name="aeroballistic",
@@ -310,5 +372,16 @@ SCENARIOS = (
         parameters=ManoeuvringParameters,
         simulate=simulate,
         legs=legs_of,
+    ),
+    Scenario(
+        name="random_manoeuvres",
+        title="Random manoeuvres",
+        summary="A dive at 1.8 km/s with two to four random commands of up to 14 g; each number is another trajectory, "
+        "and nobody selected them.",
+        family="multiple_model",
+        kind="antenna_plots",
+        parameters=RandomManoeuvres,
+        simulate=simulate_random,
+        legs=legs_of_random,
     ),
 )

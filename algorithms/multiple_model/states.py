@@ -153,6 +153,8 @@ class Now(NamedTuple):
     z: Floats
     y: Floats
     sd: Floats
+    rows: Ints
+    """which rows of the answer are needed"""
     answer: Floats
     predicted: Floats
     """(54, LANES), hypotheses"""
@@ -198,9 +200,11 @@ def new_lanes() -> Lanes:
     )
 
 
-def new_now(hypotheses: int) -> Now:
-    """Room for one measurement of so many hypotheses."""
+def new_now(hypotheses: int, *, positions: bool = False) -> Now:
+    """Room for one measurement of so many hypotheses; of the answer's covariance perhaps that of positions alone."""
+    of_positions = [9 + 3 * a * (3 * a + 1) // 2 + 3 * b for a in range(3) for b in range(a + 1)]
     return Now(
+        rows=np.array([*range(9), *(of_positions if positions else range(9, 54))]),
         dt=np.zeros(LANES), region=np.zeros(LANES, np.int64), go=np.zeros(LANES), fresh=np.zeros(LANES),
         shown=np.zeros(LANES, np.int64), status=np.zeros(LANES, np.int64), reason=np.zeros(LANES, np.int64),
         chosen=np.zeros(LANES, np.int64), distance=np.zeros(LANES), best=np.zeros(LANES), limit=np.zeros(LANES),

@@ -163,7 +163,7 @@ def run_bank(
             lanes = part.stop - part.start
             report = states.new_report(rows.size, n, lanes, lean=lean)
             track, work, state = new_track(n), new_work(n, bank.structure), states.new_lanes()
-            scratch, now = new_rows(), states.new_now(len(work.s))
+            scratch, now = new_rows(), states.new_now(len(work.s), positions=lean and not chosen.regions)
             step = max(1, SLICE // len(work.s))
             for g in range(0, len(group) - 1, step):
                 context.check_cancelled()

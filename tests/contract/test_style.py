@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[2]
 SOURCES = sorted([*ROOT.glob("algorithms/**/*.py"), *ROOT.glob("backend/**/*.py")])
 # A name that says nothing attracts everything.
 EMPTY_NAMES = re.compile(r"(^|_)(utils?|helpers?|managers?|misc|common)(_|$)")
-KERNEL = {"bare", "kernel", "inlined", "strict"}
+KERNEL = {"bare", "woven", "kernel", "inlined", "strict"}
 
 
 def functions(path: Path) -> list[ast.FunctionDef]:

@@ -11,54 +11,26 @@ from functools import cache
 import numpy as np
 import pytest
 
-from algorithms.errors import ParameterError
 from algorithms.multiple_model import mma2_122
-from algorithms.multiple_model.flight import Command
 from algorithms.multiple_model.multiple_model import MultipleModelParameters, models_of
 from algorithms.multiple_model.parameters import MotionParameters, PaperParameters
-from algorithms.multiple_model.scenario import AeroballisticParameters, simulate, truth_of
+from algorithms.multiple_model.random_flight import random_flight
+from algorithms.multiple_model.scenario import RandomManoeuvres, simulate_random
 from algorithms.multiple_model.tracker import ModelSet, run_bank
 from algorithms.recording import AntennaPlots
 from algorithms.spec import LocalContext
 
-COUNT, TRIALS, RAMP_S = 30, 16, 0.5
+COUNT, TRIALS = 30, 16
 STAGES = ("ballistic", "manoeuvre", "next 8.5 s", "later")
-
-
-def trajectory(number: int, rate_hz: float) -> tuple[AeroballisticParameters, float]:
-    """Draw a trajectory until it stays above 500 m and before the antenna; return it and when its commands end."""
-    rng = np.random.default_rng((10, number))
-    while True:
-        x, u = rng.uniform(90_000, 150_000), rng.uniform(-0.2, 0.2)
-        size, t = rng.uniform(30, 140), 30.0
-        points = [(t, 0.0, 0.0)]
-        for _ in range(int(rng.integers(2, 5))):
-            length, magnitude = rng.uniform(3, 12), size * rng.uniform(0.6, 1)
-            direction = rng.uniform(0, 2 * np.pi)
-            force = magnitude * np.cos(direction), magnitude * np.sin(direction)
-            points += [(t + RAMP_S, *force), (t + max(length, 2 * RAMP_S), *force)]
-            t += max(length, 2 * RAMP_S)
-        points.append((t + RAMP_S, 0.0, 0.0))
-        parameters = AeroballisticParameters(
-            rate_hz=rate_hz, north_m=x + 54_000, up_m=40_000.0, east_m=u * x, velocity_north_mps=-1800.0,
-            velocity_up_mps=-200.0, duration_s=t + RAMP_S + 25, legs=(),
-            commands=tuple(Command(time_s=at, vertical_mps2=v, right_mps2=h) for at, v, h in points),
-        )  # fmt: skip
-        try:
-            _, flown = truth_of(parameters)
-            seen = simulate(parameters, (0,), 0)
-        except ParameterError:
-            continue
-        if flown.position_m[:, 2].min() > 500 and np.isfinite(seen.range_m).all():
-            return parameters, t + RAMP_S
 
 
 @cache
 def family(rate_hz: float) -> list[tuple[AntennaPlots, float]]:
     out = []
     for number in range(COUNT):
-        parameters, end = trajectory(number, rate_hz)
-        out.append((simulate(parameters, tuple(range(TRIALS)), 1000 + number), end))
+        parameters = RandomManoeuvres(number=number, rate_hz=rate_hz)
+        recording = simulate_random(parameters, tuple(range(TRIALS)), 1000 + number)
+        out.append((recording, random_flight(number).end_s))
     return out
 
 

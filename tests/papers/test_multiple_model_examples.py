@@ -193,7 +193,7 @@ def one_step(structure: str, rule: str, *, moment: bool = True):
     track.share[:] = np.array([0.90, 0.07, 0.03])[:, None]
     track.log[:] = np.log(track.share)
     common = np.zeros((54, LANES))
-    combine(bank._replace(output_moment=1), track, work, common)
+    combine(bank._replace(output_moment=1), track, work, np.arange(54), common)
     track.common[:] = common
     advance(bank, track, work, np.full(LANES, 1.0), np.zeros(LANES, np.int64))
     root = np.linalg.cholesky(NOISE)
@@ -203,9 +203,9 @@ def one_step(structure: str, rule: str, *, moment: bool = True):
         rows[:9] = inverse.ravel()[:, None]
         rows[9:12] = (inverse @ (MARK - work.s[h, [0, 3, 6], 0]))[:, None]
         rows[12:18] = 1.0
-        absorb(bank, work, h, rows, np.full(LANES, 2 * np.log(np.diag(root)).sum()))
-    conclude(bank, track, work, np.ones(LANES))
-    combine(bank, track, work, common)
+        absorb(bank, work, h, rows, np.full(LANES, 2 * np.log(np.diag(root)).sum()), work.updated[h])
+    conclude(bank, track, work, work.updated, np.ones(LANES))
+    combine(bank, track, work, np.arange(54), common)
     return track, work, common
 
 

@@ -19,6 +19,7 @@ from algorithms.recording import AntennaPlots
 from algorithms.spec import LocalContext
 from algorithms.toolbox.filters.merging import RULES
 from algorithms.toolbox.kernels import generate_hypothesis
+from algorithms.toolbox.kernels.angle import arctangent2
 from algorithms.toolbox.kernels.exponential import exp_row, log_row
 
 PAPER = PaperParameters()
@@ -39,6 +40,14 @@ def filtered(recording: AntennaPlots, chosen: ModelSet, parameters: Any = PAPER)
 def test_hypotheses_stand_as_generated() -> None:
     written = Path(generate_hypothesis.__file__).with_name("hypothesis.py").read_text("utf-8")
     assert written == generate_hypothesis.source()
+
+
+def test_the_angle_of_a_point_is_that_of_the_library() -> None:
+    rng = np.random.default_rng(4)
+    points = rng.normal(size=(2000, 2)) * 10 ** rng.uniform(-6, 6, (2000, 2))
+    points = [*points, (0.66, 1.0), (1.0, 1.0), (0.0, 1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)]
+    got = [arctangent2(y, x) for y, x in points]
+    np.testing.assert_allclose(got, [np.arctan2(y, x) for y, x in points], rtol=0, atol=1e-15)
 
 
 def test_exponential_and_logarithm_are_those_of_the_library() -> None:

@@ -30,6 +30,7 @@ import numpy as np
 from algorithms.toolbox.filters.transition import LN_ZERO
 from algorithms.toolbox.kernels import LANES, bare
 from algorithms.toolbox.kernels.exponential import exponential, logarithm
+from algorithms.toolbox.kernels.flat import flat
 from algorithms.toolbox.kernels.hypothesis import (
     add_9,
     merge_2_6,
@@ -213,6 +214,6 @@ def merge_positions_and_velocities(s, weight, out):
 @bare
 def copy_hypothesis(source, target):
     """Copy all lanes of one hypothesis (54, LANES)."""
-    a, b = source.reshape(54 * LANES), target.reshape(54 * LANES)
+    a, b = flat(source), flat(target)
     for i in range(54 * LANES):
         b[i] = a[i]

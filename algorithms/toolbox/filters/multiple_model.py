@@ -44,6 +44,7 @@ from algorithms.toolbox.filters.merging import (
 from algorithms.toolbox.filters.transition import LN_ZERO, Chains, transitions
 from algorithms.toolbox.kernels import LANES, bare
 from algorithms.toolbox.kernels.exponential import logarithm
+from algorithms.toolbox.kernels.flat import woven
 from algorithms.toolbox.kernels.hypothesis import predict_6, predict_9, predict_turn_9, update_6, update_9
 from algorithms.toolbox.motion.models import (
     CA,
@@ -106,7 +107,9 @@ class Work(NamedTuple):
     """Room for one mark; H = N hypotheses, N^2 in `gpb2`."""
 
     s: Floats
-    """(H, 54, LANES) predicted, then updated"""
+    """(H, 54, LANES) predicted"""
+    updated: Floats
+    """(H, 54, LANES), where the caller does not have them written into the track at once"""
     log: Floats
     """(H, LANES): joint probability before the mark, then with its likelihood"""
     nis: Floats
@@ -117,6 +120,8 @@ class Work(NamedTuple):
     log_transition: Floats
     """(N, N, LANES), ln P(dt)"""
     known_dt: Floats
+    known_power: Floats
+    """(LANES,), dt over the base interval, for which the transitions stand"""
     known_region: Ints
     known_boost: Floats
     matrix: Floats
@@ -125,7 +130,7 @@ class Work(NamedTuple):
     """(N, LANES)"""
     total: Floats
     coefficients: Floats
-    """(N, 16, LANES) of `predict_9` for each model"""
+    """(N, 16, LANES) of the prediction for each model"""
     stale: Ints
     """(1,) 1 = the intervals or sigmas have changed since the coefficients were computed"""
     as_rate: Floats
@@ -165,12 +170,14 @@ def new_work(models: int, structure: int) -> Work:
     block = (h, LANES)
     return Work(
         s=np.zeros((h, 54, LANES)),
+        updated=np.zeros((h, 54, LANES)),
         log=np.zeros(block),
         nis=np.zeros(block),
         likelihood=np.zeros(block),
         transition=np.zeros((models, models, LANES)),
         log_transition=np.zeros((models, models, LANES)),
         known_dt=np.full(LANES, -1.0),
+        known_power=np.full(LANES, -1.0),
         known_region=np.full(LANES, -1),
         known_boost=np.zeros(LANES),
         matrix=np.zeros((models, models)),
@@ -249,7 +256,7 @@ def _blend(source, target, go):
                 target[i, lane] = source[i, lane]
 
 
-@bare
+@woven
 def _predict(bank, model, s, dt, work, boost, out):
     """Predict one hypothesis with one model; the coefficients of linear models live as long as the intervals do."""
     kind = bank.kinds[model]
@@ -272,7 +279,7 @@ def _predict(bank, model, s, dt, work, boost, out):
         predict_turn_9(s, c, out)
 
 
-@bare
+@woven
 def _mix(bank, track, work, after):
     """Weights of the models before, seen from the model after, and the logarithm of its predicted probability."""
     n = track.log.shape[0]
@@ -303,8 +310,8 @@ def _mix(bank, track, work, after):
                 work.weight[before, lane] = work.share[before, lane]
 
 
-@bare
-def advance(bank, track, work, dt, region):
+@woven
+def advance_here(bank, track, work, dt, region):
     """Move all hypotheses over dt (LANES,) s, in `work`; return the largest clip of a transition power (NaN = none)."""
     n = track.log.shape[0]
     changed = 0
@@ -314,6 +321,7 @@ def advance(bank, track, work, dt, region):
     if changed > 0:
         for lane in range(LANES):
             work.known_boost[lane] = track.boost[lane]
+            work.known_dt[lane] = dt[lane]
     clip = transitions(bank.chains, region, dt, work)
     for after in range(n):
         if bank.structure == GPB2:
@@ -339,17 +347,23 @@ def advance(bank, track, work, dt, region):
 
 
 @bare
-def absorb(bank, work, which, rows, log_volume):
-    """Let one hypothesis take the mark.
+def advance(bank, track, work, dt, region):
+    """`advance_here` for those who call it beside the step."""
+    return advance_here(bank, track, work, dt, region)
+
+
+@woven
+def absorb(bank, work, which, rows, log_volume, out):
+    """Let one hypothesis take the mark; the updated one is written into `out`.
 
     rows : (23, LANES) of `update_9`, innovations at the predicted position
     log_volume : (LANES,), what ln det R exceeds the sum of ln variance by (0 unless rows were scaled)
     """
     models = bank.kinds.shape[0]
     if knows_acceleration(bank.kinds[which // models if work.s.shape[0] > models else which]):
-        update_6(work.s[which], rows)
+        update_6(work.s[which], rows, out)
     else:
-        update_9(work.s[which], rows)
+        update_9(work.s[which], rows, out)
     nis, likelihood, log = work.nis[which], work.likelihood[which], work.log[which]
     for lane in range(LANES):
         count = rows[15, lane] + rows[16, lane] + rows[17, lane]
@@ -364,9 +378,12 @@ def absorb(bank, work, which, rows, log_volume):
         work.sound[lane] = before if good else 0.0
 
 
-@bare
-def conclude(bank, track, work, go):
-    """Take the mark over into the lanes with go = 1: probabilities, states, merging after the mark."""
+@woven
+def conclude_here(bank, track, work, s, go, taken):
+    """Take hypotheses s (H, 54, LANES) over into the lanes with go = 1: probabilities, states, merging after the mark.
+
+    Where `taken` they stand in the track already (`imm` and `gpb1`, all lanes).
+    """
     n = track.log.shape[0]
     if bank.structure == GPB2:
         for after in range(n):
@@ -374,13 +391,14 @@ def conclude(bank, track, work, go):
             merge_weights(work.log[first : first + n], after, bank.rule, work.weight, work.joint[after], work.spare)
             source = work.merged
             if stands_alone(after, work.weight):
-                source = work.s[first + after]
+                source = s[first + after]
             else:
-                merge_moments(work.s[first : first + n], work.weight, source)
+                merge_moments(s[first : first + n], work.weight, source)
             _blend(source, track.s[after], go)
     else:
         for m in range(n):
-            _blend(work.s[m], track.s[m], go)
+            if not taken:
+                _blend(s[m], track.s[m], go)
             ours, theirs = work.joint[m], work.log[m]
             for lane in range(LANES):
                 ours[lane] = theirs[lane]
@@ -416,8 +434,14 @@ def conclude(bank, track, work, go):
 
 
 @bare
-def combine(bank, track, work, out):
-    """Write the answer, (54, LANES), and the model probabilities into `work.share`."""
+def conclude(bank, track, work, s, go):
+    """`conclude_here` for those who call it beside the step."""
+    conclude_here(bank, track, work, s, go, False)
+
+
+@woven
+def combine(bank, track, work, rows, out):
+    """Write the answer's `rows` into out (54, LANES), and the model probabilities into `work.share`."""
     n = track.log.shape[0]
     for m in range(n):
         ours, theirs = work.share[m], track.share[m]
@@ -426,12 +450,15 @@ def combine(bank, track, work, out):
     if bank.output_moment == 1:
         merge_moments(track.s, work.share, out)
         return
-    copy_hypothesis(track.s[track.lead[0]], out)
-    lead = work.again
-    for m in range(n):
-        others = 0
-        for lane in range(LANES):
-            lead[lane] = 1.0 if track.lead[lane] == m else 0.0
-            others += 1 if track.lead[lane] == m and m != track.lead[0] else 0
-        if others > 0:
-            _blend(track.s[m], out, lead)
+    first, mixed = track.lead[0], 0
+    for lane in range(LANES):
+        mixed += 1 if track.lead[lane] != first else 0
+    for k in range(rows.shape[0]):
+        i = rows[k]
+        ours, theirs = out[i], track.s[first, i]
+        if mixed == 0:
+            for lane in range(LANES):
+                ours[lane] = theirs[lane]
+        else:
+            for lane in range(LANES):
+                ours[lane] = track.s[track.lead[lane], i, lane]

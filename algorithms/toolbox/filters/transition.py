@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from algorithms.errors import ParameterError
 from algorithms.toolbox.kernels import LANES, bare, kernel
+from algorithms.toolbox.kernels.flat import woven
 
 Floats = NDArray[np.float64]
 
@@ -165,11 +166,17 @@ def _copy_matrix(source, target):
             target[i, j] = source[i, j]
 
 
+@bare
+def power_of(chains, dt):
+    """Dt over the base interval, to the ninth digit: instants that rounding moved apart have the same power."""
+    return np.floor(dt / chains.step_s * 1e9 + 0.5) / 1e9
+
+
 @kernel
 def transition_power(chains, c, dt, out):
     """Write P^(dt / dt0) of chain c into `out`, column = from; return the largest clip, NaN where there is no power."""
     n = out.shape[0]
-    s = round(dt / chains.step_s * 1e9) / 1e9
+    s = power_of(chains, dt)
     whole = np.floor(s + 0.5)
     if s == whole:
         square, keep = np.empty((n, n)), np.empty((n, n))
@@ -251,21 +258,22 @@ def _exponential(g, s, out):
         _copy_matrix(keep, out)
 
 
-@bare
+@woven
 def transitions(chains, region, dt, work):
     """Bring P(dt) and ln P(dt), (N, N, LANES), up to date for each lane; return the largest clip of what was computed.
 
-    Of `work` (`multiple_model.Work`) `known_dt` and `known_region` say for what each lane's part was computed.
+    Of `work` (`multiple_model.Work`) `known_power` and `known_region` say for what each lane's part was computed.
     """
     n = work.transition.shape[0]
     clip = 0.0
     last = -1
     for lane in range(LANES):
-        if dt[lane] == work.known_dt[lane] and region[lane] == work.known_region[lane]:
+        power = power_of(chains, dt[lane])
+        if power == work.known_power[lane] and region[lane] == work.known_region[lane]:
             continue
-        work.known_dt[lane] = dt[lane]
+        work.known_power[lane] = power
         work.known_region[lane] = region[lane]
-        if last >= 0 and dt[lane] == dt[last] and region[lane] == region[last]:
+        if last >= 0 and power == work.known_power[last] and region[lane] == region[last]:
             for i in range(n):
                 for j in range(n):
                     work.transition[i, j, lane] = work.transition[i, j, last]

@@ -30,11 +30,11 @@ end in how many components are random: 6 in models that know their acceleration,
 * `predict_6(s, c, out)`, `predict_9`, `predict_turn_9`: F P F^T + Q for three equal axes, x' = F x + known part
   (`motion.models`). c (16, LANES) = interval; a b c d e g of F1 = [[1, a, b], [0, c, d], [0, e, g]]; lower triangle of
   Q1; known acceleration. Constant velocity and acceleration use a and b only. `out` is another array than s.
-* `update_6(s, r)`, `update_9`: three uncorrelated scalar rows z = h . p + noise, linearised at the state, as one after
-  another: w = P h, S = h . w + R, x += w nu / S, P -= w w^T / S; P is read and written once, earlier rows enter
+* `update_6(s, r, out)`, `update_9`: three uncorrelated scalar rows z = h . p + noise, linearised at the state, as one
+  after another: w = P h, S = h . w + R, x += w nu / S, P -= w w^T / S; P is read and written once, earlier rows enter
   w by what they subtract. r (23, LANES) = h of the three rows, innovations, variances, 1 where the lane has the row;
   written are NIS, the product of S, the least variance of a position, the least of the others, and the sum of means
-  and variances, which is finite where all of them are.
+  and variances, which is finite where all of them are. `out` is another array than s.
 * `merge_K_6(s, w, out)`, `merge_K_9`: mean = sum w x, covariance = sum w (P + d d^T), d = x - mean, of s (K, 54,
   LANES); `add_9(s, w, out)` adds one hypothesis to the covariance of `out`, whose mean stands already.
 """
@@ -42,6 +42,7 @@ end in how many components are random: 6 in models that know their acceleration,
 from __future__ import annotations
 
 from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.kernels.flat import flat
 from algorithms.toolbox.kernels.fused import fma
 '''
 
@@ -66,7 +67,7 @@ def _sum(pairs: Iterable[tuple[str, str]], start: str = "") -> str:
 
 def _function(signature: str, meaning: str, flat: Iterable[tuple[str, str]], *loops: Iterable[str]) -> str:
     lines = ["@bare", f"def {signature}:", f'    """{meaning}"""']
-    lines += [f"    {short} = {name}.reshape({name}.size)" for short, name in flat]
+    lines += [f"    {short} = flat({name})" for short, name in flat]
     for body in loops:
         lines += ["    for lane in range(LANES):", *("        " + line for line in body)]
     return "\n".join(lines) + "\n"
@@ -140,23 +141,26 @@ def update(size: int) -> str:
     for i in parts:
         body += [
             "x = " + _sum(((f"w{k}{i}", f"d{k}") for k in range(3)), _at("q", i)),
-            f"{_at('q', i)} = x",
+            f"{_at('o', i)} = x",
             *(f"f{k} = -w{k}{i} * g{k}" for k in range(3)),
         ]
         body += [
-            f"{_at('q', _p(i, j))} = " + _sum(((f"f{k}", f"w{k}{j}") for k in range(3)), _at("q", _p(i, j)))
+            f"{_at('o', _p(i, j))} = " + _sum(((f"f{k}", f"w{k}{j}") for k in range(3)), _at("q", _p(i, j)))
             for j in parts
             if j < i
         ]
         body += [
             "v = " + _sum(((f"f{k}", f"w{k}{i}") for k in range(3)), _at("q", _p(i, i))),
-            f"{_at('q', _p(i, i))} = v",
+            f"{_at('o', _p(i, i))} = v",
             "total += x + v",
         ]
         least = "low" if i % 3 == 0 else "least"
         body.append(f"{least} = v" if i in (0, 1) else f"{least} = min({least}, v)")
     body += [f"{_at('u', 20)} = low", f"{_at('u', 21)} = least", f"{_at('u', 22)} = total"]
-    return _function(f"update_{size}(s, r)", "Update in place.", (("q", "s"), ("u", "r")), body)
+    if size < N:
+        body += [f"{_at('o', i)} = {_at('q', i)}" for i in range(N) if i not in parts]
+    flat = (("q", "s"), ("u", "r"), ("o", "out"))
+    return _function(f"update_{size}(s, r, out)", "Update into another hypothesis.", flat, body)
 
 
 def merging(count: int, size: int) -> str:

@@ -7,11 +7,11 @@ end in how many components are random: 6 in models that know their acceleration,
 * `predict_6(s, c, out)`, `predict_9`, `predict_turn_9`: F P F^T + Q for three equal axes, x' = F x + known part
   (`motion.models`). c (16, LANES) = interval; a b c d e g of F1 = [[1, a, b], [0, c, d], [0, e, g]]; lower triangle of
   Q1; known acceleration. Constant velocity and acceleration use a and b only. `out` is another array than s.
-* `update_6(s, r)`, `update_9`: three uncorrelated scalar rows z = h . p + noise, linearised at the state, as one after
-  another: w = P h, S = h . w + R, x += w nu / S, P -= w w^T / S; P is read and written once, earlier rows enter
+* `update_6(s, r, out)`, `update_9`: three uncorrelated scalar rows z = h . p + noise, linearised at the state, as one
+  after another: w = P h, S = h . w + R, x += w nu / S, P -= w w^T / S; P is read and written once, earlier rows enter
   w by what they subtract. r (23, LANES) = h of the three rows, innovations, variances, 1 where the lane has the row;
   written are NIS, the product of S, the least variance of a position, the least of the others, and the sum of means
-  and variances, which is finite where all of them are.
+  and variances, which is finite where all of them are. `out` is another array than s.
 * `merge_K_6(s, w, out)`, `merge_K_9`: mean = sum w x, covariance = sum w (P + d d^T), d = x - mean, of s (K, 54,
   LANES); `add_9(s, w, out)` adds one hypothesis to the covariance of `out`, whose mean stands already.
 """
@@ -19,15 +19,16 @@ end in how many components are random: 6 in models that know their acceleration,
 from __future__ import annotations
 
 from algorithms.toolbox.kernels import LANES, bare
+from algorithms.toolbox.kernels.flat import flat
 from algorithms.toolbox.kernels.fused import fma
 
 
 @bare
 def predict_6(s, c, out):
     """Predict into another hypothesis."""
-    q = s.reshape(s.size)
-    u = c.reshape(c.size)
-    o = out.reshape(out.size)
+    q = flat(s)
+    u = flat(c)
+    o = flat(out)
     for lane in range(LANES):
         a = u[1 * LANES + lane]
         h = 0.5 * a * a
@@ -120,9 +121,9 @@ def predict_6(s, c, out):
 @bare
 def predict_9(s, c, out):
     """Predict into another hypothesis."""
-    q = s.reshape(s.size)
-    u = c.reshape(c.size)
-    o = out.reshape(out.size)
+    q = flat(s)
+    u = flat(c)
+    o = flat(out)
     for lane in range(LANES):
         a = u[1 * LANES + lane]
         b = u[2 * LANES + lane]
@@ -293,9 +294,9 @@ def predict_9(s, c, out):
 @bare
 def predict_turn_9(s, c, out):
     """Predict into another hypothesis."""
-    q = s.reshape(s.size)
-    u = c.reshape(c.size)
-    o = out.reshape(out.size)
+    q = flat(s)
+    u = flat(c)
+    o = flat(out)
     for lane in range(LANES):
         a = u[1 * LANES + lane]
         b = u[2 * LANES + lane]
@@ -468,10 +469,11 @@ def predict_turn_9(s, c, out):
 
 
 @bare
-def update_6(s, r):
-    """Update in place."""
-    q = s.reshape(s.size)
-    u = r.reshape(r.size)
+def update_6(s, r, out):
+    """Update into another hypothesis."""
+    q = flat(s)
+    u = flat(r)
+    o = flat(out)
     for lane in range(LANES):
         h0 = u[0 * LANES + lane]
         h1 = u[1 * LANES + lane]
@@ -552,84 +554,88 @@ def update_6(s, r):
         u[19 * LANES + lane] = det
         total = 0.0
         x = fma(w20, d2, fma(w10, d1, fma(w00, d0, q[0 * LANES + lane])))
-        q[0 * LANES + lane] = x
+        o[0 * LANES + lane] = x
         f0 = -w00 * g0
         f1 = -w10 * g1
         f2 = -w20 * g2
         v = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[9 * LANES + lane])))
-        q[9 * LANES + lane] = v
+        o[9 * LANES + lane] = v
         total += x + v
         low = v
         x = fma(w21, d2, fma(w11, d1, fma(w01, d0, q[1 * LANES + lane])))
-        q[1 * LANES + lane] = x
+        o[1 * LANES + lane] = x
         f0 = -w01 * g0
         f1 = -w11 * g1
         f2 = -w21 * g2
-        q[10 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[10 * LANES + lane])))
+        o[10 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[10 * LANES + lane])))
         v = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[11 * LANES + lane])))
-        q[11 * LANES + lane] = v
+        o[11 * LANES + lane] = v
         total += x + v
         least = v
         x = fma(w23, d2, fma(w13, d1, fma(w03, d0, q[3 * LANES + lane])))
-        q[3 * LANES + lane] = x
+        o[3 * LANES + lane] = x
         f0 = -w03 * g0
         f1 = -w13 * g1
         f2 = -w23 * g2
-        q[15 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[15 * LANES + lane])))
-        q[16 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[16 * LANES + lane])))
+        o[15 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[15 * LANES + lane])))
+        o[16 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[16 * LANES + lane])))
         v = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[18 * LANES + lane])))
-        q[18 * LANES + lane] = v
+        o[18 * LANES + lane] = v
         total += x + v
         low = min(low, v)
         x = fma(w24, d2, fma(w14, d1, fma(w04, d0, q[4 * LANES + lane])))
-        q[4 * LANES + lane] = x
+        o[4 * LANES + lane] = x
         f0 = -w04 * g0
         f1 = -w14 * g1
         f2 = -w24 * g2
-        q[19 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[19 * LANES + lane])))
-        q[20 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[20 * LANES + lane])))
-        q[22 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[22 * LANES + lane])))
+        o[19 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[19 * LANES + lane])))
+        o[20 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[20 * LANES + lane])))
+        o[22 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[22 * LANES + lane])))
         v = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[23 * LANES + lane])))
-        q[23 * LANES + lane] = v
+        o[23 * LANES + lane] = v
         total += x + v
         least = min(least, v)
         x = fma(w26, d2, fma(w16, d1, fma(w06, d0, q[6 * LANES + lane])))
-        q[6 * LANES + lane] = x
+        o[6 * LANES + lane] = x
         f0 = -w06 * g0
         f1 = -w16 * g1
         f2 = -w26 * g2
-        q[30 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[30 * LANES + lane])))
-        q[31 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[31 * LANES + lane])))
-        q[33 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[33 * LANES + lane])))
-        q[34 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[34 * LANES + lane])))
+        o[30 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[30 * LANES + lane])))
+        o[31 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[31 * LANES + lane])))
+        o[33 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[33 * LANES + lane])))
+        o[34 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[34 * LANES + lane])))
         v = fma(f2, w26, fma(f1, w16, fma(f0, w06, q[36 * LANES + lane])))
-        q[36 * LANES + lane] = v
+        o[36 * LANES + lane] = v
         total += x + v
         low = min(low, v)
         x = fma(w27, d2, fma(w17, d1, fma(w07, d0, q[7 * LANES + lane])))
-        q[7 * LANES + lane] = x
+        o[7 * LANES + lane] = x
         f0 = -w07 * g0
         f1 = -w17 * g1
         f2 = -w27 * g2
-        q[37 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[37 * LANES + lane])))
-        q[38 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[38 * LANES + lane])))
-        q[40 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[40 * LANES + lane])))
-        q[41 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[41 * LANES + lane])))
-        q[43 * LANES + lane] = fma(f2, w26, fma(f1, w16, fma(f0, w06, q[43 * LANES + lane])))
+        o[37 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[37 * LANES + lane])))
+        o[38 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[38 * LANES + lane])))
+        o[40 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[40 * LANES + lane])))
+        o[41 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[41 * LANES + lane])))
+        o[43 * LANES + lane] = fma(f2, w26, fma(f1, w16, fma(f0, w06, q[43 * LANES + lane])))
         v = fma(f2, w27, fma(f1, w17, fma(f0, w07, q[44 * LANES + lane])))
-        q[44 * LANES + lane] = v
+        o[44 * LANES + lane] = v
         total += x + v
         least = min(least, v)
         u[20 * LANES + lane] = low
         u[21 * LANES + lane] = least
         u[22 * LANES + lane] = total
+        o[2 * LANES + lane] = q[2 * LANES + lane]
+        o[5 * LANES + lane] = q[5 * LANES + lane]
+        o[8 * LANES + lane] = q[8 * LANES + lane]
 
 
 @bare
-def update_9(s, r):
-    """Update in place."""
-    q = s.reshape(s.size)
-    u = r.reshape(r.size)
+def update_9(s, r, out):
+    """Update into another hypothesis."""
+    q = flat(s)
+    u = flat(r)
+    o = flat(out)
     for lane in range(LANES):
         h0 = u[0 * LANES + lane]
         h1 = u[1 * LANES + lane]
@@ -728,120 +734,120 @@ def update_9(s, r):
         u[19 * LANES + lane] = det
         total = 0.0
         x = fma(w20, d2, fma(w10, d1, fma(w00, d0, q[0 * LANES + lane])))
-        q[0 * LANES + lane] = x
+        o[0 * LANES + lane] = x
         f0 = -w00 * g0
         f1 = -w10 * g1
         f2 = -w20 * g2
         v = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[9 * LANES + lane])))
-        q[9 * LANES + lane] = v
+        o[9 * LANES + lane] = v
         total += x + v
         low = v
         x = fma(w21, d2, fma(w11, d1, fma(w01, d0, q[1 * LANES + lane])))
-        q[1 * LANES + lane] = x
+        o[1 * LANES + lane] = x
         f0 = -w01 * g0
         f1 = -w11 * g1
         f2 = -w21 * g2
-        q[10 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[10 * LANES + lane])))
+        o[10 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[10 * LANES + lane])))
         v = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[11 * LANES + lane])))
-        q[11 * LANES + lane] = v
+        o[11 * LANES + lane] = v
         total += x + v
         least = v
         x = fma(w22, d2, fma(w12, d1, fma(w02, d0, q[2 * LANES + lane])))
-        q[2 * LANES + lane] = x
+        o[2 * LANES + lane] = x
         f0 = -w02 * g0
         f1 = -w12 * g1
         f2 = -w22 * g2
-        q[12 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[12 * LANES + lane])))
-        q[13 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[13 * LANES + lane])))
+        o[12 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[12 * LANES + lane])))
+        o[13 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[13 * LANES + lane])))
         v = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[14 * LANES + lane])))
-        q[14 * LANES + lane] = v
+        o[14 * LANES + lane] = v
         total += x + v
         least = min(least, v)
         x = fma(w23, d2, fma(w13, d1, fma(w03, d0, q[3 * LANES + lane])))
-        q[3 * LANES + lane] = x
+        o[3 * LANES + lane] = x
         f0 = -w03 * g0
         f1 = -w13 * g1
         f2 = -w23 * g2
-        q[15 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[15 * LANES + lane])))
-        q[16 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[16 * LANES + lane])))
-        q[17 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[17 * LANES + lane])))
+        o[15 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[15 * LANES + lane])))
+        o[16 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[16 * LANES + lane])))
+        o[17 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[17 * LANES + lane])))
         v = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[18 * LANES + lane])))
-        q[18 * LANES + lane] = v
+        o[18 * LANES + lane] = v
         total += x + v
         low = min(low, v)
         x = fma(w24, d2, fma(w14, d1, fma(w04, d0, q[4 * LANES + lane])))
-        q[4 * LANES + lane] = x
+        o[4 * LANES + lane] = x
         f0 = -w04 * g0
         f1 = -w14 * g1
         f2 = -w24 * g2
-        q[19 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[19 * LANES + lane])))
-        q[20 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[20 * LANES + lane])))
-        q[21 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[21 * LANES + lane])))
-        q[22 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[22 * LANES + lane])))
+        o[19 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[19 * LANES + lane])))
+        o[20 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[20 * LANES + lane])))
+        o[21 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[21 * LANES + lane])))
+        o[22 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[22 * LANES + lane])))
         v = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[23 * LANES + lane])))
-        q[23 * LANES + lane] = v
+        o[23 * LANES + lane] = v
         total += x + v
         least = min(least, v)
         x = fma(w25, d2, fma(w15, d1, fma(w05, d0, q[5 * LANES + lane])))
-        q[5 * LANES + lane] = x
+        o[5 * LANES + lane] = x
         f0 = -w05 * g0
         f1 = -w15 * g1
         f2 = -w25 * g2
-        q[24 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[24 * LANES + lane])))
-        q[25 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[25 * LANES + lane])))
-        q[26 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[26 * LANES + lane])))
-        q[27 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[27 * LANES + lane])))
-        q[28 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[28 * LANES + lane])))
+        o[24 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[24 * LANES + lane])))
+        o[25 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[25 * LANES + lane])))
+        o[26 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[26 * LANES + lane])))
+        o[27 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[27 * LANES + lane])))
+        o[28 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[28 * LANES + lane])))
         v = fma(f2, w25, fma(f1, w15, fma(f0, w05, q[29 * LANES + lane])))
-        q[29 * LANES + lane] = v
+        o[29 * LANES + lane] = v
         total += x + v
         least = min(least, v)
         x = fma(w26, d2, fma(w16, d1, fma(w06, d0, q[6 * LANES + lane])))
-        q[6 * LANES + lane] = x
+        o[6 * LANES + lane] = x
         f0 = -w06 * g0
         f1 = -w16 * g1
         f2 = -w26 * g2
-        q[30 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[30 * LANES + lane])))
-        q[31 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[31 * LANES + lane])))
-        q[32 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[32 * LANES + lane])))
-        q[33 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[33 * LANES + lane])))
-        q[34 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[34 * LANES + lane])))
-        q[35 * LANES + lane] = fma(f2, w25, fma(f1, w15, fma(f0, w05, q[35 * LANES + lane])))
+        o[30 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[30 * LANES + lane])))
+        o[31 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[31 * LANES + lane])))
+        o[32 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[32 * LANES + lane])))
+        o[33 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[33 * LANES + lane])))
+        o[34 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[34 * LANES + lane])))
+        o[35 * LANES + lane] = fma(f2, w25, fma(f1, w15, fma(f0, w05, q[35 * LANES + lane])))
         v = fma(f2, w26, fma(f1, w16, fma(f0, w06, q[36 * LANES + lane])))
-        q[36 * LANES + lane] = v
+        o[36 * LANES + lane] = v
         total += x + v
         low = min(low, v)
         x = fma(w27, d2, fma(w17, d1, fma(w07, d0, q[7 * LANES + lane])))
-        q[7 * LANES + lane] = x
+        o[7 * LANES + lane] = x
         f0 = -w07 * g0
         f1 = -w17 * g1
         f2 = -w27 * g2
-        q[37 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[37 * LANES + lane])))
-        q[38 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[38 * LANES + lane])))
-        q[39 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[39 * LANES + lane])))
-        q[40 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[40 * LANES + lane])))
-        q[41 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[41 * LANES + lane])))
-        q[42 * LANES + lane] = fma(f2, w25, fma(f1, w15, fma(f0, w05, q[42 * LANES + lane])))
-        q[43 * LANES + lane] = fma(f2, w26, fma(f1, w16, fma(f0, w06, q[43 * LANES + lane])))
+        o[37 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[37 * LANES + lane])))
+        o[38 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[38 * LANES + lane])))
+        o[39 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[39 * LANES + lane])))
+        o[40 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[40 * LANES + lane])))
+        o[41 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[41 * LANES + lane])))
+        o[42 * LANES + lane] = fma(f2, w25, fma(f1, w15, fma(f0, w05, q[42 * LANES + lane])))
+        o[43 * LANES + lane] = fma(f2, w26, fma(f1, w16, fma(f0, w06, q[43 * LANES + lane])))
         v = fma(f2, w27, fma(f1, w17, fma(f0, w07, q[44 * LANES + lane])))
-        q[44 * LANES + lane] = v
+        o[44 * LANES + lane] = v
         total += x + v
         least = min(least, v)
         x = fma(w28, d2, fma(w18, d1, fma(w08, d0, q[8 * LANES + lane])))
-        q[8 * LANES + lane] = x
+        o[8 * LANES + lane] = x
         f0 = -w08 * g0
         f1 = -w18 * g1
         f2 = -w28 * g2
-        q[45 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[45 * LANES + lane])))
-        q[46 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[46 * LANES + lane])))
-        q[47 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[47 * LANES + lane])))
-        q[48 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[48 * LANES + lane])))
-        q[49 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[49 * LANES + lane])))
-        q[50 * LANES + lane] = fma(f2, w25, fma(f1, w15, fma(f0, w05, q[50 * LANES + lane])))
-        q[51 * LANES + lane] = fma(f2, w26, fma(f1, w16, fma(f0, w06, q[51 * LANES + lane])))
-        q[52 * LANES + lane] = fma(f2, w27, fma(f1, w17, fma(f0, w07, q[52 * LANES + lane])))
+        o[45 * LANES + lane] = fma(f2, w20, fma(f1, w10, fma(f0, w00, q[45 * LANES + lane])))
+        o[46 * LANES + lane] = fma(f2, w21, fma(f1, w11, fma(f0, w01, q[46 * LANES + lane])))
+        o[47 * LANES + lane] = fma(f2, w22, fma(f1, w12, fma(f0, w02, q[47 * LANES + lane])))
+        o[48 * LANES + lane] = fma(f2, w23, fma(f1, w13, fma(f0, w03, q[48 * LANES + lane])))
+        o[49 * LANES + lane] = fma(f2, w24, fma(f1, w14, fma(f0, w04, q[49 * LANES + lane])))
+        o[50 * LANES + lane] = fma(f2, w25, fma(f1, w15, fma(f0, w05, q[50 * LANES + lane])))
+        o[51 * LANES + lane] = fma(f2, w26, fma(f1, w16, fma(f0, w06, q[51 * LANES + lane])))
+        o[52 * LANES + lane] = fma(f2, w27, fma(f1, w17, fma(f0, w07, q[52 * LANES + lane])))
         v = fma(f2, w28, fma(f1, w18, fma(f0, w08, q[53 * LANES + lane])))
-        q[53 * LANES + lane] = v
+        o[53 * LANES + lane] = v
         total += x + v
         least = min(least, v)
         u[20 * LANES + lane] = low
@@ -852,9 +858,9 @@ def update_9(s, r):
 @bare
 def merge_2_6(s, w, out):
     """Merge 2 hypotheses."""
-    q = s.reshape(s.size)
-    u = w.reshape(w.size)
-    t = out.reshape(out.size)
+    q = flat(s)
+    u = flat(w)
+    t = flat(out)
     for lane in range(LANES):
         w0 = u[0 * LANES + lane]
         w1 = u[1 * LANES + lane]
@@ -947,9 +953,9 @@ def merge_2_6(s, w, out):
 @bare
 def merge_2_9(s, w, out):
     """Merge 2 hypotheses."""
-    q = s.reshape(s.size)
-    u = w.reshape(w.size)
-    t = out.reshape(out.size)
+    q = flat(s)
+    u = flat(w)
+    t = flat(out)
     for lane in range(LANES):
         w0 = u[0 * LANES + lane]
         w1 = u[1 * LANES + lane]
@@ -1093,9 +1099,9 @@ def merge_2_9(s, w, out):
 @bare
 def merge_3_6(s, w, out):
     """Merge 3 hypotheses."""
-    q = s.reshape(s.size)
-    u = w.reshape(w.size)
-    t = out.reshape(out.size)
+    q = flat(s)
+    u = flat(w)
+    t = flat(out)
     for lane in range(LANES):
         w0 = u[0 * LANES + lane]
         w1 = u[1 * LANES + lane]
@@ -1210,9 +1216,9 @@ def merge_3_6(s, w, out):
 @bare
 def merge_3_9(s, w, out):
     """Merge 3 hypotheses."""
-    q = s.reshape(s.size)
-    u = w.reshape(w.size)
-    t = out.reshape(out.size)
+    q = flat(s)
+    u = flat(w)
+    t = flat(out)
     for lane in range(LANES):
         w0 = u[0 * LANES + lane]
         w1 = u[1 * LANES + lane]
@@ -1387,9 +1393,9 @@ def merge_3_9(s, w, out):
 @bare
 def merge_4_6(s, w, out):
     """Merge 4 hypotheses."""
-    q = s.reshape(s.size)
-    u = w.reshape(w.size)
-    t = out.reshape(out.size)
+    q = flat(s)
+    u = flat(w)
+    t = flat(out)
     for lane in range(LANES):
         w0 = u[0 * LANES + lane]
         w1 = u[1 * LANES + lane]
@@ -1526,9 +1532,9 @@ def merge_4_6(s, w, out):
 @bare
 def merge_4_9(s, w, out):
     """Merge 4 hypotheses."""
-    q = s.reshape(s.size)
-    u = w.reshape(w.size)
-    t = out.reshape(out.size)
+    q = flat(s)
+    u = flat(w)
+    t = flat(out)
     for lane in range(LANES):
         w0 = u[0 * LANES + lane]
         w1 = u[1 * LANES + lane]
@@ -1734,9 +1740,9 @@ def merge_4_9(s, w, out):
 @bare
 def add_9(s, w, out):
     """Add one hypothesis to a covariance."""
-    q = s.reshape(s.size)
-    u = w.reshape(w.size)
-    t = out.reshape(out.size)
+    q = flat(s)
+    u = flat(w)
+    t = flat(out)
     for lane in range(LANES):
         w0 = u[lane]
         d0 = q[0 * LANES + lane] - t[0 * LANES + lane]

@@ -30,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.toolbox.kernels import LANES, bare, kernel
+from algorithms.toolbox.kernels.angle import arctangent2
 from algorithms.toolbox.kernels.exponential import logarithm
 
 Floats = NDArray[np.float64]
@@ -70,6 +71,8 @@ class PositionRows(NamedTuple):
     """(LANES,), ln det R in m less the sum of ln variance: -2 ln |det h|; 0 for the innovations of `ekf` and `ukf`"""
     at: Floats
     """(3, LANES), where the gradients are taken"""
+    found: Floats
+    """(3, LANES), the coordinates there"""
 
 
 def new_rows() -> PositionRows:
@@ -78,6 +81,7 @@ def new_rows() -> PositionRows:
         r=np.ones((23, LANES)),
         log_volume=np.zeros(LANES),
         at=np.zeros((3, LANES)),
+        found=np.zeros((3, LANES)),
     )
 
 
@@ -96,6 +100,36 @@ def coordinates(kind, axes, origin, x, y, z):
     if kind == BICONE:
         return r, np.arcsin(b / r), np.arcsin(c / r)
     return r, np.arctan2(a, b), np.arcsin(c / r)
+
+
+@bare
+def coordinates_in_lanes(kind, axes, origin, at, out):
+    """Write the coordinates of points at (3, LANES) m into out (3, LANES)."""
+    a00, a01, a02 = axes[0, 0], axes[0, 1], axes[0, 2]
+    a10, a11, a12 = axes[1, 0], axes[1, 1], axes[1, 2]
+    a20, a21, a22 = axes[2, 0], axes[2, 1], axes[2, 2]
+    o0, o1, o2 = origin[0], origin[1], origin[2]
+    x, y, z = at[0], at[1], at[2]
+    first, second, third = out[0], out[1], out[2]
+    for lane in range(LANES):
+        dx, dy, dz = x[lane] - o0, y[lane] - o1, z[lane] - o2
+        first[lane] = a00 * dx + a01 * dy + a02 * dz
+        second[lane] = a10 * dx + a11 * dy + a12 * dz
+        third[lane] = a20 * dx + a21 * dy + a22 * dz
+    if kind == CARTESIAN:
+        return
+    for lane in range(LANES):
+        a, b, c = first[lane], second[lane], third[lane]
+        plan2 = a * a + b * b
+        if kind == BICONE:
+            second[lane] = arctangent2(b, np.sqrt(a * a + c * c))
+        else:
+            second[lane] = arctangent2(a, b)
+        if kind == PLAN:
+            first[lane] = np.sqrt(plan2)
+        else:
+            first[lane] = np.sqrt(plan2 + c * c)
+            third[lane] = arctangent2(c, np.sqrt(plan2))
 
 
 @bare
@@ -209,19 +243,28 @@ def linearised(mark, way, go, x, rows):
             )
             rows.log_volume[lane] = -logarithm(max(det * det, 1e-300) if go[lane] > 0.0 else 1.0)
         return
-    for lane in range(LANES):
-        if go[lane] == 0.0:
-            continue
-        if way == UKF:
-            _statistical(mark, lane, x, rows)
-            continue
-        found = coordinates(mark.kind, mark.axes, mark.origin, rows.at[0, lane], rows.at[1, lane], rows.at[2, lane])
-        for i in range(3):
-            nu = mark.z[i, lane] - found[i]
+    if way == UKF:
+        for lane in range(LANES):
+            if go[lane] > 0.0:
+                _statistical(mark, lane, x, rows)
+        return
+    coordinates_in_lanes(mark.kind, mark.axes, mark.origin, rows.at, rows.found)
+    for i in range(3):
+        h0, h1, h2, nu, z, found = (
+            rows.r[3 * i],
+            rows.r[3 * i + 1],
+            rows.r[3 * i + 2],
+            rows.r[9 + i],
+            mark.z[i],
+            rows.found[i],
+        )
+        angle = i > 0 and (i == 1 or mark.kind != PLAN)
+        for lane in range(LANES):
             # Where the prediction was no point to linearise at, the innovation is counted from the mark.
-            for a in range(3):
-                nu += rows.r[3 * i + a, lane] * (rows.at[a, lane] - x[3 * a, lane])
-            rows.r[9 + i, lane] = _wrap(nu) if i > 0 and (i == 1 or mark.kind != PLAN) else nu
+            dx, dy, dz = rows.at[0, lane] - x[0, lane], rows.at[1, lane] - x[3, lane], rows.at[2, lane] - x[6, lane]
+            value = (z[lane] - found[lane]) + h0[lane] * dx + h1[lane] * dy + h2[lane] * dz
+            turns = np.floor(value / (2.0 * np.pi) + 0.5) if angle else 0.0
+            nu[lane] = value - 2.0 * np.pi * turns if go[lane] > 0.0 else 0.0
 
 
 @kernel
