@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from algorithms.errors import AlgorithmError
 from algorithms.identification.pairs import Points
@@ -205,15 +206,28 @@ def numbered(counts: list[int], tuples: Ints) -> Ints:
 def _upper_bounds(counts: list[int], tuples: Ints, scores: Floats, large: NDArray[np.bool_], chosen: Ints) -> Floats:
     """Compare the best choice with the best one that lacks a tuple: others make its probability smaller only.
 
-    `large` says which tuples are in groups that are not summed: the other ones do not depend on them.
+    `large` says which tuples are in groups that are not summed: the other ones do not depend on them. Tuples that are
+    worth nothing are in no best choice, so the groups of the others are smaller, and a tuple matters to its own alone.
     """
     out = np.empty(len(chosen))
-    with_all = _solve(counts, tuples[large], scores[large])[0] if chosen.size else 0.0
+    group = _groups(counts, tuples, large)
+    of_group = {g: np.flatnonzero(large & (group == g)) for g in np.unique(group[chosen]).tolist()}
+    best = {g: _solve(counts, tuples[own], scores[own])[0] for g, own in of_group.items()}
     for i, c in enumerate(chosen):
-        rest = large.copy()
-        rest[c] = False
-        out[i] = 1 / (1 + np.exp(_solve(counts, tuples[rest], scores[rest])[0] - with_all))
+        g = int(group[c])
+        rest = of_group[g][of_group[g] != c]
+        out[i] = 1 / (1 + np.exp(_solve(counts, tuples[rest], scores[rest])[0] - best[g]))
     return out
+
+
+def _groups(counts: list[int], tuples: Ints, large: NDArray[np.bool_]) -> Ints:
+    """(T,) number of the connected group of each tuple; tuples that share a plot are connected. -1 = not large."""
+    members = numbered(counts, tuples)
+    column, which = np.nonzero((members >= 0) & large[:, None])
+    plots = int(sum(counts))
+    holds = coo_array((np.ones(column.size), (column, members[column, which])), shape=(len(tuples), plots)).tocsr()
+    _, group = connected_components((holds.T @ holds).tocsr(), directed=False)
+    return np.where(large, group[np.maximum(members.max(axis=1), 0)], -1)
 
 
 def _solve(counts: list[int], tuples: Ints, scores: Floats) -> tuple[float, Ints]:

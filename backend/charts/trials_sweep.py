@@ -45,7 +45,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces,
         recording=view.recording,
         notes=[ChartNote("sweep", "Root mean square over all instants and trials; bars are 95 % intervals.")],
-        xaxis=axis(title_of(names[0], view), type="log" if log else "linear", **_ticks(values, log=log)),
+        xaxis=axis(title_of(names[0], view), type="log" if log else "linear", **ticks(values, log=log)),
         yaxis=_error_axis(traces),
     )
 
@@ -69,7 +69,7 @@ def _error_axis(traces: list[Trace]) -> dict[str, Any]:
     return log_axis(title, traces)
 
 
-def _ticks(values: Floats, *, log: bool) -> dict[str, Any]:
+def ticks(values: Floats, *, log: bool) -> dict[str, Any]:
     """A tick at every swept value that has room: on a logarithmic axis plotly.js writes bare digits otherwise."""
     swept = np.unique(values[np.isfinite(values)])
     places = np.log10(swept) if log else swept
@@ -78,7 +78,7 @@ def _ticks(values: Floats, *, log: bool) -> dict[str, Any]:
         if not shown or place - places[shown[-1]] >= APART * (places[-1] - places[0]):
             shown.append(i)
     chosen = swept[shown]
-    return {"tickmode": "array", "tickvals": chosen, "ticktext": [f"{v:g}" for v in chosen]}
+    return {"tickmode": "array", "tickvals": chosen.tolist(), "ticktext": [f"{v:g}" for v in chosen]}
 
 
 def _wanted(table: Table) -> Table:

@@ -12,6 +12,10 @@ import { withDots } from "./dots.js";
 /** Roles whose colour belongs to the theme and not to an entry. */
 const THEMED = { truth: "text", station: "text", measurement: "measurement", bound: "muted" };
 
+// Letters of ticks, and the room of the axis on the narrowest page.
+const LETTER_PX = 6;
+const NARROWEST_PX = 280;
+
 /** Few to many: the server's sequence for light surfaces, and what stands for each colour on dark ones. */
 const SEQUENCE = {
   "#f0f4f8": "#1b2228", "#c9dcec": "#1d3a52", "#94bfdd": "#25587f", "#5a9bc8": "#3a7fb4", "#2a77ae": "#6fa8d6", "#0b4f82": "#b5d6f2",
@@ -47,6 +51,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
     if (!/^[xy]axis\d*$/.test(name)) continue;
     layout[name] = {
       ...layout[name],
+      ...(narrow ? fewerTicks(layout[name]) : {}),
       title: { ...layout[name].title, text: titleInWords(axisTitle(layout[name])), font: { size: narrow ? 11 : 12 } },
       color: colours.text,
       gridcolor: colours.grid,
@@ -72,6 +77,26 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
     }));
   }
   return { data, layout };
+}
+
+/**
+ * Of ticks that were chosen for a wide chart those that have room on a narrow one.
+ * @param {any} axis
+ * @returns {{tickvals?: number[], ticktext?: string[]}}
+ */
+export function fewerTicks(axis) {
+  /** @type {number[]} */
+  const values = axis.tickmode === "array" && Array.isArray(axis.tickvals) ? axis.tickvals : [];
+  if (values.length < 3 || !Array.isArray(axis.ticktext)) return {};
+  const places = values.map((value) => (axis.type === "log" ? Math.log10(value) : value));
+  const letters = Math.max(...axis.ticktext.flatMap((/** @type {string} */ text) => text.split("<br>").map((line) => line.length)));
+  const room = ((letters + 1) * LETTER_PX / NARROWEST_PX) * (Math.max(...places) - Math.min(...places));
+  /** @type {number[]} */
+  const shown = [];
+  places.forEach((place, i) => {
+    if (!shown.length || Math.abs(place - (places[/** @type {number} */ (shown.at(-1))] ?? 0)) >= room) shown.push(i);
+  });
+  return { tickvals: shown.map((i) => /** @type {number} */ (values[i])), ticktext: shown.map((i) => axis.ticktext[i]) };
 }
 
 /**

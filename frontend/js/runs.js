@@ -8,8 +8,8 @@ import { routeTo } from "./router.js";
 
 /** The words for a run: its label, else what it reprocessed. @param {Run} run */
 export function titleOf(run) {
-  // Only a sample's label is the program's own; what a user wrote stays as it was written.
-  const label = run.tags.includes("sample") ? said(run.label ?? "") : run.label;
+  // Only labels of samples and studies are the program's own; what a user wrote stays as it was written.
+  const label = run.tags.includes("sample") || run.source.study ? said(run.label ?? "") : run.label;
   return label || sourceOf(run) || t("run.untitled", { id: run.id.slice(0, 8) });
 }
 

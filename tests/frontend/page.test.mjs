@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import test from "node:test";
 import { parseCsv } from "../../frontend/js/csv.js";
-import { describePoints, dressFigure, isOverTime, rowOf, splitTitle, withAlpha } from "../../frontend/js/figure.js";
+import { describePoints, dressFigure, fewerTicks, isOverTime, rowOf, splitTitle, withAlpha } from "../../frontend/js/figure.js";
 import { parseRoute, routeTo } from "../../frontend/js/router.js";
 import { curlSnippet, pythonSnippet, shellQuote } from "../../frontend/js/snippets.js";
 import { guessRoles } from "../../frontend/js/upload.js";
@@ -96,4 +96,28 @@ test("no module makes markup from text or names another host", () => {
       assert.doesNotMatch(text.replace("http://www.w3.org/2000/svg", ""), /https?:\/\//, name);
     }
   }
+});
+
+test("ticks that have no room on a narrow chart are left out", () => {
+  const values = [1, 2, 5, 10, 15, 20, 30, 40, 60, 80, 100];
+  const axis = { tickmode: "array", tickvals: values, ticktext: values.map((value) => `${value}<br>b0 = ${90 - value}`) };
+  const shown = fewerTicks(axis).tickvals ?? [];
+  assert.ok(shown.length >= 3 && shown.length < values.length, `${shown}`);
+  for (let i = 1; i < shown.length; i += 1) assert.ok(shown[i] - shown[i - 1] >= 15);
+  assert.equal(fewerTicks(axis).ticktext?.length, shown.length);
+  const few = { tickmode: "array", tickvals: [1, 10, 100], ticktext: ["1", "10", "100"], type: "log" };
+  assert.deepEqual(fewerTicks(few).tickvals, [1, 10, 100]);
+  assert.deepEqual(fewerTicks({}), {});
+});
+
+test("the label of a study's run is the program's own and is put into words", async () => {
+  const { titleOf } = await import("../../frontend/js/runs.js");
+  const { setLanguage } = await import("../../frontend/js/i18n.js");
+  globalThis.document = { documentElement: {} };
+  await setLanguage("ru");
+  const run = { id: "0123456789", tags: [], label: "Horizontal error, m", source: { name: "x", study: "some" } };
+  assert.equal(titleOf(run), "Плановая ошибка, м");
+  assert.equal(titleOf({ ...run, source: { name: "x" } }), "Horizontal error, m");
+  assert.equal(titleOf({ ...run, label: "my own words", source: run.source }), "my own words");
+  await setLanguage("en");
 });

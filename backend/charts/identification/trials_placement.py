@@ -8,6 +8,7 @@ from backend.charts import theme
 from backend.charts.figure import ChartNote, Trace, axis, figure, meta, not_applicable, trace
 from backend.charts.identification.samples import numbers, rows_of, swept_names
 from backend.charts.swept import title_of
+from backend.charts.trials_sweep import ticks
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Correct association over two swept values"
@@ -36,7 +37,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             {
                 "type": "heatmap",
                 "x": _edges(xs),
-                "y": [f"{v:g}" for v in ys],
+                # Rows are as high as their values lie apart.
+                "y": _edges(ys) if ys.size > 1 else ["0"],
                 "z": z,
                 "zmin": 0,
                 "zmax": 1,
@@ -58,9 +60,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
             recording=view.recording,
             notes=[ChartNote("placement", text)],
             xaxis=axis(title_of(swept[0], view)),
-            yaxis=axis(title_of(swept[-1], view), type="category", categoryorder="array",
-                       categoryarray=[f"{v:g}" for v in ys]),
-        )  # fmt: skip
+            yaxis=axis(title_of(swept[-1], view), **(ticks(ys, log=False) if ys.size > 1 else {"type": "category"})),
+        )
     return not_applicable(TITLE, "no_second_sweep")
 
 
@@ -70,19 +71,24 @@ def _edges(values: np.ndarray) -> np.ndarray:
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 
 
+def _rows(values: np.ndarray, ys: np.ndarray) -> np.ndarray | list[str]:
+    """Places on the axis of the rows; a single row has no number."""
+    return values if ys.size > 1 else ["0"] * values.size
+
+
 def _iso(xs: np.ndarray, ys: np.ndarray, z: np.ndarray) -> list[Trace]:
     """Crossings of the printed share along each row."""
     px: list[float] = []
-    py: list[str] = []
+    py: list[float] = []
     for k, row in enumerate(z):
         for i in np.flatnonzero((row[:-1] - ISO) * (row[1:] - ISO) < 0):
             px.append(float(xs[i] + (ISO - row[i]) / (row[i + 1] - row[i]) * (xs[i + 1] - xs[i])))
-            py.append(f"{ys[k]:g}")
+            py.append(float(ys[k]))
     if not px:
         return []
     marker = {"color": theme.SERIES[1], "size": 7, "symbol": "diamond"}
     name = f"share {ISO:g}"
-    return [trace("bound", np.array(px), py, name=name, mode="markers", marker=marker)]
+    return [trace("bound", np.array(px), _rows(np.array(py), ys), name=name, mode="markers", marker=marker)]
 
 
 def _paper(swept: list[str], ys: np.ndarray) -> list[Trace]:
@@ -92,7 +98,7 @@ def _paper(swept: list[str], ys: np.ndarray) -> list[Trace]:
         return []
     x = np.array([p[0] for p in RECONSTRUCTED])
     marker = {"color": theme.TEXT, "size": 10, "symbol": "x-thin", "line": {"width": 2, "color": theme.TEXT}}
-    return [trace("truth", x, ["0", "0"], name="reconstructed placement", mode="markers", marker=marker)]
+    return [trace("truth", x, _rows(np.zeros(2), ys), name="reconstructed placement", mode="markers", marker=marker)]
 
 
 CHART = Chart(name="trials_placement", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",))

@@ -92,7 +92,7 @@ def ticks_of(name: str, x: np.ndarray, view: RunView) -> dict[str, Any]:
         if reach is not None:
             text = [f"{v:g}<br>κ {reach * np.radians(v) ** 2:.2g}" for v in x]
     wide = bool((x > 0).all()) and x.size > 1 and x.max() / x.min() >= 5
-    return {"tickmode": "array", "tickvals": x, "ticktext": text, "type": "log" if wide else "linear"}
+    return {"tickmode": "array", "tickvals": x.tolist(), "ticktext": text, "type": "log" if wide else "linear"}
 
 
 def _range_over_error(view: RunView) -> float | None:
