@@ -83,8 +83,8 @@ class Taken:
     """position of its track in the table of afterwards, -1 = none"""
     pairs: list[tuple[int, Ints, Ints, Floats]] = field(default_factory=list)
     """of each stage: its number, and track (in the table of before), plot and distance of every pair inside a gate"""
-    areas: tuple[Ints, Floats, Floats] | None = None
-    """tracks, centres (T, 2) and covariances (T, 2, 2) times the squared radius of their outer tracking ellipses"""
+    areas: list[tuple[int, Ints, Floats, Floats]] = field(default_factory=list)
+    """of each stage: its number, tracks, centres (T, 2) and covariances (T, 2, 2) times the squared radius"""
 
     @classmethod
     def of(cls, plots: int) -> Taken:
@@ -115,7 +115,12 @@ def advance(tracks: TrackTable, scan: Scan, rules: Rules, next_number: Ints) -> 
     # What a track was before the scan decides its stage: nobody is acquired and followed at once.
     stages = np.minimum(tracks.plots, 3)
     followed = np.flatnonzero(stages == 3)
-    taken.areas = followed, *_areas(tracks, followed, scan, rules)
+    taken.areas.append((3, followed, *_areas(tracks, followed, scan, rules)))
+    for stage, circle in ((2, _acquisition_circle), (1, _start_circle)):
+        which = np.flatnonzero(stages == stage)
+        (north, east), radius = circle(tracks, which, scan, rules)
+        shape = radius[:, None, None] ** 2 * np.eye(2)
+        taken.areas.append((stage, which, np.stack([east, north], axis=1), shape))
     for stage, offer in ((3, _offer_follow), (2, _offer_acquisition), (1, _offer_second)):
         which = np.flatnonzero(stages == stage)
         track, plot, distance, cost = offer(tracks, which, scan, taken.free, rules)
@@ -145,6 +150,8 @@ def advance(tracks: TrackTable, scan: Scan, rules: Rules, next_number: Ints) -> 
     return tracks.take(~dies).joined(TrackTable.starting_from(scan, starting, rules.history_plots)), taken, ending
 
 
+Circle = tuple[tuple[Floats, Floats], Floats]
+"""North and east of the centres, radii, m."""
 Offer = tuple[Ints, Ints, Floats, Floats]
 """Pairs inside gates: track, plot (positions in table and scan), distance, cost."""
 
@@ -242,23 +249,32 @@ def _innovation(tracks: TrackTable, which: Ints, ahead: Floats, rules: Rules) ->
 
 
 def _offer_acquisition(tracks: TrackTable, which: Ints, scan: Scan, free: Ints, rules: Rules) -> Offer:
-    """Pairs within the acquisition circle around the straight continuation of two plots."""
+    """Pairs within the acquisition circle."""
+    return _offer_circle(tracks, which, scan, free, *_acquisition_circle(tracks, which, scan, rules))
+
+
+def _acquisition_circle(tracks: TrackTable, which: Ints, scan: Scan, rules: Rules) -> Circle:
+    """Around the straight continuation of two plots."""
     rho, theta, t = tracks.rho[-2:, which], tracks.theta[-2:, which], tracks.t[-2:, which]
     x, y = rho * np.cos(theta), rho * np.sin(theta)
     step = (scan.time_s - t[1]) / (t[1] - t[0])
     centre = x[1] + (x[1] - x[0]) * step, y[1] + (y[1] - y[0]) * step
     across = rules.sigma_theta(np.hypot(*centre))
-    radius = np.maximum(*gates.acquisition_axes(np.hypot(*centre), np.full(which.size, rules.sigma_r), across))
-    return _offer_circle(tracks, which, scan, free, centre, radius)
+    return centre, np.maximum(*gates.acquisition_axes(np.hypot(*centre), np.full(which.size, rules.sigma_r), across))
 
 
 def _offer_second(tracks: TrackTable, which: Ints, scan: Scan, free: Ints, rules: Rules) -> Offer:
-    """Pairs within the start circle around a single plot."""
+    """Pairs within the start circle."""
+    return _offer_circle(tracks, which, scan, free, *_start_circle(tracks, which, scan, rules))
+
+
+def _start_circle(tracks: TrackTable, which: Ints, scan: Scan, rules: Rules) -> Circle:
+    """Around a single plot."""
     rho, theta = tracks.rho[-1, which], tracks.theta[-1, which]
     across = rules.sigma_theta(rho)
     way = rules.limits.max_speed_mps * (scan.time_s - tracks.last_s[which])
     radius = np.maximum(*gates.start_axes(rho, way, np.full(which.size, rules.sigma_r), across))
-    return _offer_circle(tracks, which, scan, free, (rho * np.cos(theta), rho * np.sin(theta)), radius)
+    return (rho * np.cos(theta), rho * np.sin(theta)), radius
 
 
 def _offer_circle(

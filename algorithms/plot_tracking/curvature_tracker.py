@@ -125,9 +125,9 @@ def _scan(feed: Feed, scan: Scan, tracks: TrackTable, rules: Rules, numbers: Int
     for name in ("first", "second"):
         history.baptise(getattr(old, name)[new], old.lane[new], old.number[new])
     _write_plots(scan, taken, old, rules, history)
-    if taken.areas is not None:
-        which, centre, covariance = taken.areas
-        history.areas(feed, scan.time_s, old.lane[which], old.number[which], centre, covariance)
+    for stage, which, centre, covariance in taken.areas:
+        gate = outputs.GATE_OF_STAGE[stage]
+        history.areas(feed, scan.time_s, gate, old.lane[which], old.number[which], centre, covariance)
     history.estimates(feed, _estimates(scan, taken, tracks))
     return tracks
 
@@ -170,8 +170,7 @@ def _write_plots(scan: Scan, taken: Taken, old: TrackTable, rules: Rules, histor
         rivals=taken.rivals,
     )
     for stage, track, plot, distance in taken.pairs:
-        code = (outputs.START_GATE, outputs.ACQUISITION_GATE, outputs.TRACKING_GATE)[stage - 1]
-        history.pairs(scan, plot, old.number[track], code, np.sqrt(distance))
+        history.pairs(scan, plot, old.number[track], outputs.GATE_OF_STAGE[stage], np.sqrt(distance))
 
 
 def _estimates(scan: Scan, taken: Taken, tracks: TrackTable) -> Estimates:

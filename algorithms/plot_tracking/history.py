@@ -51,7 +51,7 @@ class History:
     diary: Diary = field(default_factory=Diary)
     _estimates: list[tuple[int, int, Estimates]] = field(default_factory=list)
     _pairs: list[tuple[Ints, Ints, Ints, int, Floats]] = field(default_factory=list)
-    _areas: list[tuple[Ints, Ints, Floats, Floats, Floats]] = field(default_factory=list)
+    _areas: list[tuple[Ints, Ints, Ints, Floats, Floats, Floats]] = field(default_factory=list)
     _scans: list[tuple[float, int]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -87,13 +87,16 @@ class History:
         if plot.size:
             self._pairs.append((scan.position[plot], scan.lane[plot], number, gate, distance))
 
-    def areas(self, feed: Feed, time_s: float, lane: Ints, number: Ints, centre: Floats, covariance: Floats) -> None:
-        """Write down where the tracking gates of a scan lie, in the frame of the site."""
+    def areas(
+        self, feed: Feed, time_s: float, gate: int, lane: Ints, number: Ints, centre: Floats, covariance: Floats
+    ) -> None:
+        """Write down where the gates of a scan lie, in the frame of the site."""
         if lane.size:
             east, north = feed.to_site(centre[:, 0], centre[:, 1])
             turned = feed.turned @ covariance @ feed.turned.T
             place = np.stack([east, north], axis=1)
-            self._areas.append((lane, number, np.full(lane.size, time_s), place, _in_place(turned)))
+            gates, times = np.full(lane.size, gate), np.full(lane.size, time_s)
+            self._areas.append((lane, number, gates, times, place, _in_place(turned)))
 
     def baptise(self, mark: Ints, lane: Ints, number: Ints) -> None:
         """Give the number of a track to plots that it took before it had one."""
@@ -147,8 +150,8 @@ class History:
             out[f"pair_{n}"] = np.concatenate([none, *(p[i] for p in self._pairs)])
         out["pair_gate"] = np.concatenate([none, *gates])
         out["pair_distance"] = np.concatenate([np.empty(0), *(p[4] for p in self._pairs)])
-        empty_area = (none, none, np.empty(0), np.empty((0, 2)), np.empty((0, 3)))
-        for i, n in enumerate(("trial", "track", "time_s", "centre", "covariance")):
+        empty_area = (none, none, none, np.empty(0), np.empty((0, 2)), np.empty((0, 3)))
+        for i, n in enumerate(("trial", "track", "gate", "time_s", "centre", "covariance")):
             out[f"area_{n}"] = np.concatenate([empty_area[i], *(part[i] for part in self._areas)])
         names = ("trial", "track", "time_s", "state", "reason")
         return out | {f"event_{n}": a for n, a in zip(names, self.diary.joined(), strict=True)}

@@ -62,8 +62,8 @@ class Taken:
     shared: NDArray[np.bool_]
     pairs: list[tuple[int, Ints, Ints, Floats]] = field(default_factory=list)
     too_large: int = 0
-    areas: tuple[Ints, Floats, Floats] | None = None
-    """tracks, centres (T, M, 2) and covariances (T, M, 2, 2) times the squared radius of their tracking gates"""
+    areas: list[tuple[int, Ints, Floats, Floats]] = field(default_factory=list)
+    """of each stage: its number, tracks, centres (T, M, 2) and covariances (T, M, 2, 2) times the squared radius"""
 
     @classmethod
     def of(cls, plots: int) -> Taken:

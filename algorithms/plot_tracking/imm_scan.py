@@ -73,8 +73,7 @@ def advance(
             tracks.bank.take(which), np.maximum(at[which] - tracks.epoch_s[which], LEAST_STEP_S), rules.motion
         )
         s, wide = _gate(tracks, which, ahead, scan, rules)
-        if stage == 3:
-            taken.areas = which, ahead.x[..., POSITION], s * wide[:, None, None, None] ** 2
+        taken.areas.append((stage, which, ahead.x[..., POSITION], s * wide[:, None, None, None] ** 2))
         offer = _offer(tracks, which, ahead, (s, wide), at, scan, z, taken.free, identity)
         np.add.at(taken.rivals, offer.plot, 1)
         taken.pairs.append((stage, offer.track, offer.plot, np.sqrt(offer.d2)))
@@ -288,6 +287,7 @@ def _second_plots(
     across = np.maximum(rho * rules.sigma_th, rules.across_m) / np.maximum(rho, 1.0)
     step = scan.t.max() - tracks.last_s[which]
     radius = np.maximum(*start_axes(rho, rules.max_speed_mps * step, np.full(rho.size, rules.sigma_r), across))
+    taken.areas.append((1, which, x[:, None], (radius[:, None, None] ** 2 * np.eye(2))[:, None]))
     order = free[np.lexsort((z[free, 0], scan.lane[free]))]
     i, j = pairs_within(tracks.lane[which], x[:, 0] - radius, x[:, 0] + radius, scan.lane[order], z[order, 0])
     plot = order[j]

@@ -154,12 +154,13 @@ def _scan(
     for name in ("first", "second"):
         history.baptise(getattr(tracks, name)[new], tracks.lane[new], tracks.number[new])
     _write_plots(scan, taken, tracks, rules, history)
-    if taken.areas is not None:
-        which, centre, covariance = taken.areas
+    for stage, which, centre, covariance in taken.areas:
+        gate = outputs.GATE_OF_STAGE[stage]
         for model in range(centre.shape[1]):
             history.areas(
-                feed, scan.time_s, tracks.lane[which], tracks.number[which], centre[:, model], covariance[:, model]
-            )
+                feed, scan.time_s, gate, tracks.lane[which], tracks.number[which], centre[:, model],
+                covariance[:, model],
+            )  # fmt: skip
     dead = tracks.misses >= limits_of(tracks, rules)
     _end(tracks, dead & tracks.confirmed, scan.time_s, life_cycle.TOO_MANY_MISSES, history)
     _end(tracks, dead & ~tracks.confirmed, scan.time_s, life_cycle.NEVER_CONFIRMED, history)

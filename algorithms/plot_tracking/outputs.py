@@ -20,6 +20,7 @@ DECISIONS = (
 """What became of a plot."""
 NO_GATE, START_GATE, ACQUISITION_GATE, TRACKING_GATE = range(4)
 GATES = ("none", "start", "acquisition", "tracking")
+GATE_OF_STAGE = {1: START_GATE, 2: ACQUISITION_GATE, 3: TRACKING_GATE}
 """In which gate of its track a plot lay."""
 
 MODELS = ("constant_velocity", "coordinated_turn")
@@ -42,7 +43,8 @@ TRACK_OUTPUTS = (
     Output("pair_gate", ("pair",), "", "which gate", GATES),
     Output("pair_distance", ("pair",), "1", "from the middle of the gate"),
     Output("area_trial", ("area",), "", "trial"),
-    Output("area_track", ("area",), "", "number of the track"),
+    Output("area_track", ("area",), "", "number of the track, 0 = not yet numbered"),
+    Output("area_gate", ("area",), "", "which gate", GATES),
     Output("area_time_s", ("area",), "s", "scan that the gate is for"),
     Output("area_centre", ("area", "element"), "m", "predicted point, east and north; one for each motion model"),
     Output("area_covariance", ("area", "element"), "m2", "east-east, north-north, east-north, at the gate's edge"),

@@ -254,14 +254,15 @@ def _gates(recording: PolarPlots, a: dict[str, Any]) -> Table:
 
 
 def _areas(a: dict[str, Any]) -> Table:
-    """Tracking gates as ellipses around predicted points; the semi-axes are the roots of the eigenvalues."""
+    """Gates as ellipses around the points where plots are looked for; semi-axes are the roots of the eigenvalues."""
     xx, yy, xy = a["area_covariance"].T
     mean, spread = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
     return Table(
         {
             "trial": _trial(a["area_trial"], a),
-            "track": a["area_track"].astype(float),
+            "track": np.where(a["area_track"] > 0, a["area_track"], np.nan),
             "time_s": a["area_time_s"],
+            "gate": [GATES[i] for i in a["area_gate"].tolist()],
             "east_m": a["area_centre"][:, 0],
             "north_m": a["area_centre"][:, 1],
             "semi_major_m": np.sqrt(mean + spread),

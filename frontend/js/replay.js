@@ -6,7 +6,7 @@ import { svg } from "./dom.js";
 /**
  * @typedef {{index: number[], t: number[], east: number[], north: number[]}} Places
  * @typedef {Places & {v_east: number[], v_north: number[], track: number[]}} Vectors
- * @typedef {Places & {major: number[], minor: number[], azimuth: number[]}} Gates
+ * @typedef {Places & {major: number[], minor: number[], azimuth: number[], gate: string[]}} Gates
  */
 
 // A speed vector ends where the target would be so much later.
@@ -49,10 +49,11 @@ export function coming(gates, time) {
  * An ellipse as a closed line, in metres.
  * @param {Gates} gates
  * @param {number} i
+ * @param {number} [share] of its size
  * @returns {[number, number][]}
  */
-export function outline(gates, i) {
-  const [major, minor, turn] = [gates.major[i] ?? 0, gates.minor[i] ?? 0, ((gates.azimuth[i] ?? 0) * Math.PI) / 180];
+export function outline(gates, i, share = 1) {
+  const [major, minor, turn] = [share * (gates.major[i] ?? 0), share * (gates.minor[i] ?? 0), ((gates.azimuth[i] ?? 0) * Math.PI) / 180];
   return Array.from({ length: CORNERS + 1 }, (_, k) => {
     const along = major * Math.cos((2 * Math.PI * k) / CORNERS);
     const across = minor * Math.sin((2 * Math.PI * k) / CORNERS);
@@ -61,7 +62,7 @@ export function outline(gates, i) {
 }
 
 /**
- * @param {{vectors: Vectors, gates: Gates, unit_m: number} | undefined} replay
+ * @param {{vectors: Vectors, gates: Gates, rings: Record<string, number[]>, unit_m: number} | undefined} replay
  * @param {number | null} time
  * @param {any[]} traces
  * @param {any} x axes
@@ -70,14 +71,18 @@ export function outline(gates, i) {
  */
 export function replayed(replay, time, traces, x, y) {
   if (!replay || time === null) return [];
-  const { vectors, gates, unit_m: unit } = replay;
+  const { vectors, gates, rings, unit_m: unit } = replay;
   // Entries that are hidden have no colour here.
   const colours = new Map(traces.filter((trace) => trace.visible === true && trace.meta?.role === "series").map((trace) => [trace.meta.index, trace.line?.color]));
   const at = (/** @type {number} */ east, /** @type {number} */ north) => `${x.d2p(east / unit)},${y.d2p(north / unit)}`;
   const line = (/** @type {string[]} */ places, /** @type {string} */ name, /** @type {number | undefined} */ index) =>
     colours.has(index) ? [svg("polyline", { class: name, points: places.join(" "), style: `color: ${colours.get(index)}` })] : [];
   return [
-    ...coming(gates, time).flatMap((i) => line(outline(gates, i).map(([east, north]) => at(east, north)), "gate-area", gates.index[i])),
+    ...coming(gates, time).flatMap((i) => {
+      const kind = gates.gate[i] ?? "tracking";
+      const inner = kind === "tracking" ? rings[String(gates.index[i])] ?? [] : [];
+      return [1, ...inner].flatMap((share) => line(outline(gates, i, share).map(([east, north]) => at(east, north)), `gate-area ${share < 1 ? "gate-ring" : `gate-${kind}`}`, gates.index[i]));
+    }),
     ...latest(vectors, time).flatMap((i) => {
       const [east, north] = [vectors.east[i] ?? 0, vectors.north[i] ?? 0];
       return line([at(east, north), at(east + AHEAD_S * (vectors.v_east[i] ?? 0), north + AHEAD_S * (vectors.v_north[i] ?? 0))], "speed-vector", vectors.index[i]);

@@ -24,4 +24,7 @@ test("the long axis of a gate points where its azimuth says, clockwise from nort
   assert.ok(Math.hypot(first[0] - 1300, first[1] - 2000) < 1e-6);
   const quarter = outline(gates, 0)[12];
   assert.ok(Math.hypot(quarter[0] - 1000, quarter[1] - 1900) < 1e-6);
+  // An inner ellipse has the same middle and direction.
+  const [inner] = outline(gates, 0, 0.5);
+  assert.ok(Math.hypot(inner[0] - 1150, inner[1] - 2000) < 1e-6);
 });

@@ -38,8 +38,9 @@ def test_plots_lie_in_the_ellipses_as_far_as_the_decisions_say(tracker: Callable
     assert isinstance(recording, PolarPlots)
     tables = tabulate(recording, tracker(recording))
     areas = defaultdict(list)
-    for _, track, time, *area in tables["gate_areas"].rows():
-        areas[track, time].append(tuple(area))
+    for _, track, time, gate, *area in tables["gate_areas"].rows():
+        if gate == "tracking":
+            areas[track, time].append(tuple(area))
     columns = tables["decisions"].columns
     found = []
     for track, row, time, gate, distance, threshold in zip(
@@ -56,3 +57,30 @@ def test_plots_lie_in_the_ellipses_as_far_as_the_decisions_say(tracker: Callable
     # While coasting the gate is wider than the threshold tells; a polar gate is a little bent.
     assert np.median(np.abs(drawn - decided)) < 0.01
     assert (drawn < 1.03).all()
+
+
+@pytest.mark.parametrize("tracker", TRACKERS.values(), ids=TRACKERS)
+def test_second_and_third_plots_lie_in_the_circles_of_their_gates(tracker: Callable[[PolarPlots], Result]) -> None:
+    scenario = scenarios_by_name()["ten_aircraft"]
+    recording = scenario.simulate(scenario.parameters(false_plots=20), (0,), 4)
+    assert isinstance(recording, PolarPlots)
+    tables = tabulate(recording, tracker(recording))
+    areas = defaultdict(list)
+    for _, _, time, gate, *area in tables["gate_areas"].rows():
+        areas[gate, time].append(tuple(area))
+    assert {gate for gate, _ in areas} == {"start", "acquisition", "tracking"}
+    columns = tables["decisions"].columns
+    found = {"start": 0, "acquisition": 0}
+    for row, time, gate, distance, threshold in zip(
+        *(columns[n] for n in ("row", "time_s", "gate", "distance", "threshold")), strict=True
+    ):
+        if gate not in found:
+            continue
+        at = int(np.flatnonzero(recording.row == row)[0])
+        rho, theta = recording.range_m[at, 0], recording.azimuth_rad[at, 0]
+        east, north = rho * np.sin(theta), rho * np.cos(theta)
+        shares = np.sqrt([share_of_radius(a, east, north) for a in areas[gate, time]])
+        # One of the gates is the one in which it was found, as far from the middle as is told.
+        assert np.abs(shares - distance / threshold).min() < 1e-3
+        found[gate] += 1
+    assert min(found.values()) >= 10
