@@ -46,6 +46,12 @@ _CONFIG = {
     "distributed.admin.large-graph-warning-threshold": "4GiB",
     # Progress goes through the event log; a long history of it is of no use.
     "distributed.admin.low-level-log-length": 100,
+    # What nobody looks at without a dashboard costs each process a few per cent: a look at every thread a hundred times
+    # a second, at every event loop fifty times, at the machine twice, and at workers with less to do than others.
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "5s",
+    "distributed.scheduler.work-stealing": False,
 }
 
 

@@ -24,6 +24,8 @@ logger = logging.getLogger(__name__)
 # Seconds until a cancelled block's worker is restarted, and until a block whose worker is gone is given up.
 PATIENCE_S = 1.0
 MISSING_S = 3.0
+# Seconds until an outcome is given up that its worker was to hand over: Dask would wait for one who is gone.
+FETCH_S = 30.0
 
 
 class Flights:
@@ -38,8 +40,8 @@ class Flights:
         self._post = post
         self._cluster: Any = None
         self._flights: dict[str, Flight] = {}
-        # Outcomes that are not stored yet, in the order in which they came.
-        self._arrived: deque[tuple[Flight, Outcome]] = deque()
+        # Finished blocks whose outcomes are not fetched and stored yet, in the order in which they came.
+        self._arrived: deque[Flight] = deque()
 
     def use(self, cluster: Any) -> None:
         """Send to this cluster from now on."""
@@ -73,18 +75,34 @@ class Flights:
             active.shares[flight.position] = min(max(share, 0.0), 1.0)
 
     def keep_arrived(self) -> None:
-        """Store what came back; what cannot be stored because the database does not answer is tried again."""
+        """Fetch and store what came back; what the database does not take now is tried again."""
         while self._arrived:
-            flight, outcome = self._arrived[0]
+            flight = self._arrived[0]
             active = self._live.active.get(flight.run_id)
             if active is not None:
                 with self._live.failing(active, flight.position):
-                    run, plan, position = active.run, active.plan, flight.position
-                    if not self._live.finish_with(active, position, outcome):
-                        arrays = ledger.keep(self._database, self._store, run, plan, position, outcome)
-                        active.finished.add(position)
-                        self._live.gather(active, position, arrays)
+                    self._keep(active, flight)
             self._arrived.popleft()
+
+    def _keep(self, active: ActiveRun, flight: Flight) -> None:
+        if flight.outcome is None:
+            flight.outcome = _fetched(flight)
+        outcome, position = flight.outcome, flight.position
+        if outcome is None:
+            self._lost(active, flight)
+        elif outcome.kind == "done":
+            if not self._live.finish_with(active, position, outcome):
+                arrays = ledger.keep(self._database, self._store, active.run, active.plan, position, outcome)
+                active.finished.add(position)
+                self._live.gather(active, position, arrays)
+        elif outcome.kind == "failed":
+            assert outcome.error is not None
+            self._live.fail(flight.run_id, outcome.error, outcome.trace)
+            if outcome.error["code"] == "out_of_memory":
+                # What the algorithm still holds would be missing to the next block.
+                self._take_back([other for other in self._flights.values() if other.worker == flight.worker])
+                self._flights[flight.token] = flight
+                self._restart(flight, "ran out of memory")
 
     def _landed(self, token: str) -> None:
         flight = self._flights.get(token)
@@ -100,17 +118,8 @@ class Flights:
         if flight.future.status != "finished":
             self._lost(active, flight)
             return
-        with self._live.failing(active, flight.position):
-            outcome: Outcome = flight.future.result()
-            if outcome.kind == "done":
-                self._arrived.append((flight, outcome))
-            elif outcome.kind == "failed":
-                assert outcome.error is not None
-                self._live.fail(flight.run_id, outcome.error, outcome.trace)
-                if outcome.error["code"] == "out_of_memory":
-                    # What the algorithm still holds would be missing to the next block.
-                    self._flights[token] = flight
-                    self._restart(flight, "ran out of memory")
+        # Its worker gets the next block before this one is fetched.
+        self._arrived.append(flight)
 
     def _lost(self, active: ActiveRun, flight: Flight) -> None:
         """Send a block again whose worker died, or give the run up."""
@@ -136,8 +145,12 @@ class Flights:
 
     def take_back(self) -> None:
         """Take back what was sent to a scheduler that went away."""
-        flights, self._flights = self._flights, {}
-        for flight in flights.values():
+        self._take_back(list(self._flights.values()))
+
+    def _take_back(self, flights: list[Flight]) -> None:
+        """Let blocks wait again, whose worker is taken from them through no fault of theirs."""
+        for flight in flights:
+            del self._flights[flight.token]
             active = self._live.active.get(flight.run_id)
             if active is not None and flight.stopping_since is None:
                 active.waiting.appendleft(flight.position)
@@ -187,3 +200,15 @@ class Flights:
 
     def _forget(self, token: str) -> None:
         self._flights.pop(token, None)
+
+
+def _fetched(flight: Flight) -> Outcome | None:
+    """What the worker made of a block; None where the worker went away with it."""
+    try:
+        outcome: Outcome = flight.future.result(FETCH_S)
+    except Exception as error:
+        if flight.future.status == "finished" and not isinstance(error, TimeoutError):
+            raise
+        logger.warning("the outcome of block %s was lost: %s", flight.token, error)
+        return None
+    return outcome

@@ -64,7 +64,7 @@ class Flight:
     """When the workers were told to leave this block."""
     restarting: bool = False
     outcome: Any = None
-    """What came back and is not stored yet, because the database does not answer."""
+    """What came back and is not stored yet; None while it was not fetched."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import math
 # Two blocks of the kernels' sixteen lanes: short enough that two workers share a short run evenly.
 BATCH = 32
 # Work of one task: a worker that dies, or a user who cancels, loses at most this.
-TASK_S = 0.5
+TASK_S = 1.0
 # A short run is cut into so many tasks, so that no worker waits long for the last one; but none is shorter than this,
 # for each costs the server some milliseconds.
 TASKS = 8
@@ -21,7 +21,7 @@ INSTANT_S = 1e-6
 
 
 def batches_per_task(trials: int, instants: int, algorithms: int, cells: int = 1) -> int:
-    """Return how many batches of trials make a task: half a second, less where the run is short.
+    """Return how many batches of trials make a task: a second, less where the run is short.
 
     Parameters
     ----------

@@ -7,8 +7,10 @@ grow with the number of trials, but for the samples, of which only so many insta
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +26,7 @@ from algorithms.toolbox.monte_carlo.intervals import (
     quantiles_with_intervals,
     student,
 )
-from algorithms.toolbox.monte_carlo.sums import Node, Sums, fold, nodes_of
+from algorithms.toolbox.monte_carlo.sums import Node, Sampled, Sums, fold, nodes_of
 
 QUANTILES: dict[SampleKind, dict[str, float]] = {
     "size": {"median": 0.5, "p75": 0.75, "p90": 0.9, "p99": 0.99, "max": 1.0},
@@ -134,14 +136,28 @@ class Running:
     def settle(self) -> None:
         """Compute what takes time as soon as the last trials are added, and keep it until it is asked for."""
         for entry in range(self._entries):
-            self._settled[entry] = self.metrics(entry), self.curves(entry)
+            self._values(entry)
+        # Sorting and counting let other threads run, and after the last trials all processors are free.
+        with ThreadPoolExecutor(2) as threads:
+            curves = [threads.submit(self.curves, entry) for entry in range(self._entries)]
+            metrics = [self.metrics(entry, each=threads.map) for entry in range(self._entries)]
+            self._settled = {entry: (metrics[entry], curves[entry].result()) for entry in range(self._entries)}
 
-    def metrics(self, entry: int, *, quantiles: bool = True) -> list[Metric]:
-        """All metrics of an entry with their intervals, group by group."""
+    def metrics(self, entry: int, *, quantiles: bool = True, each: Callable[..., Any] = map) -> list[Metric]:
+        """All metrics of an entry with their intervals, group by group; `each` may take several groups at once."""
         if quantiles and entry in self._settled:
             return self._settled[entry][0]
         first = self._first[entry]
-        samples = self._values(entry) if quantiles else []
+        samples = list(zip(first.layout.sampled, self._values(entry), strict=True)) if quantiles else []
+        wanted = [
+            (g, sampled, values)
+            for g, (segment, target) in enumerate(first.layout.groups)
+            for sampled, values in samples
+            if not (sampled.per_trial and (segment or target))
+        ]
+        found: list[list[Metric]] = [[] for _ in first.layout.groups]
+        for (g, *_), some in zip(wanted, each(lambda one: self._quantiles(entry, *one), wanted), strict=True):
+            found[g] += some
         out: list[Metric] = []
         for g, (segment, target) in enumerate(first.layout.groups):
             for q, c in enumerate(first.layout.counted):
@@ -154,15 +170,19 @@ class Running:
                     value, low, high = interval_of_ratio(m, root=c.root, share=c.share)
                 n = round(m.d)
                 out.append(_metric(c.metric, value, c.unit, n, low, high, segment, target))
-            for sampled, values in zip(first.layout.sampled, samples, strict=False):
-                if sampled.per_trial and (segment or target):
-                    continue
-                chosen = values if sampled.per_trial else values[self._kept_of(entry, g)]
-                wanted = QUANTILES[sampled.kind]
-                found = quantiles_with_intervals(chosen, tuple(wanted.values()))
-                for name, (value, low, high, n) in zip(wanted, found, strict=True):
-                    out.append(_metric(f"{name}_{sampled.name}", value, sampled.unit, n, low, high, segment, target))
+            out += found[g]
         return out
+
+    def _quantiles(self, entry: int, g: int, sampled: Sampled, values: NDArray[np.float32]) -> list[Metric]:
+        """Quantiles of one group with their intervals."""
+        chosen = values if sampled.per_trial else values[self._kept_of(entry, g)]
+        wanted = QUANTILES[sampled.kind]
+        found = quantiles_with_intervals(chosen, tuple(wanted.values()))
+        segment, target = self._first[entry].layout.groups[g]
+        return [
+            _metric(f"{name}_{sampled.name}", value, sampled.unit, n, low, high, segment, target)
+            for name, (value, low, high, n) in zip(wanted, found, strict=True)
+        ]
 
     def curves(self, entry: int, *, quantiles: bool = True) -> dict[str, Floats]:
         """Columns over the instants: each metric with a curve, its interval or chi-square bounds, and quantiles."""

@@ -210,9 +210,9 @@ def test_quantiles_of_nothing() -> None:
 
 def test_tasks_are_whole_batches_of_half_a_second_or_an_eighth_of_a_short_run() -> None:
     assert tasks(300, 4) == [(0, 128), (128, 256), (256, 300)]
-    assert batches_per_task(100_000, 1_900, 2) == 4
+    assert batches_per_task(100_000, 1_900, 2) == 8
     assert batches_per_task(1_000, 1_900, 1) == 4
-    assert batches_per_task(1_000, 1_900, 1, cells=4) == 8
+    assert batches_per_task(1_000, 1_900, 1, cells=4) == 16
     assert batches_per_task(200, 1_000, 2) == 1
     assert batches_per_task(10, 10, 1) == 1
     assert [t for pair in tasks(1_000, 4) for t in batches(*pair)][-1] == (992, 1_000)
