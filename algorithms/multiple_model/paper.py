@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from algorithms.multiple_model.paper_unselected import UNSELECTED
 from algorithms.spec import Reference
 from algorithms.studies import Claim, Study, StudyEntry, StudyRun, Verdict, Word
 
@@ -192,4 +193,5 @@ STUDIES = (
         claims=(_STRAIGHT,),
         judge=_judge_straight,
     ),
+    *UNSELECTED,
 )
