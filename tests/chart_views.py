@@ -68,6 +68,8 @@ def states(recording: Recording, **more: Any) -> Table:
         "row": recording.row.copy(),
         "target": [recording.targets[i] for i in recording.target],
         "covariance_east_north_m2": np.zeros(count),
+        "altitude_bias_m": np.full(count, 25.0),
+        "altitude_bias_sd_m": np.full(count, 10.0),
     }
     return Table(columns | more)
 

@@ -8,6 +8,9 @@ as they are and the emission's prior, common to all, adds its variance to every 
     ukf    19 points, alpha = 0.5, beta = 2, kappa = 0 (julier1997)
     ckf    18 points at sqrt(9) along each axis of a root of P (arasaratnam2009)
 
+Two more show what the article's printed formulas do: `PRINTED_SIGN` subtracts the correction as (19) does,
+`PRINTED_GRADIENT` has z for R + z in the numerator of (26).
+
 In the robust profile the noise of a surprising mark is scaled as that of the extended filter (specification 6.4(b)).
 Nothing here is written for speed: a mark takes some ten times as long as in the filter of scalar rows.
 
@@ -24,6 +27,8 @@ from algorithms.multilateration.lanes import CKF, EIGENVALUE_FLOOR, IEKF, RAW, S
 from algorithms.toolbox.frames.earth import height_and_up
 from algorithms.toolbox.kernels import LANES, strict
 
+# After the updates of `lanes.UPDATES`: the extended filter with one formula as it is printed.
+PRINTED_SIGN, PRINTED_GRADIENT = 5, 6
 ITERATIONS = 5
 ALPHA, BETA, KAPPA = 0.5, 2.0, 0.0
 SPREAD = ALPHA * ALPHA * (9.0 + KAPPA)
@@ -84,10 +89,11 @@ def _update_lane(lane, setup, now, x, p, nis_out):
     nis_out[lane] = _squared(root, innovation)
     now.determinant[lane] = _determinant(root) / (_determinant_of(noise) * scale**rows)
     gain = _solved(root, cross)
+    sign = -1.0 if setup.update == PRINTED_SIGN else 1.0
     for i in range(9):
         total = mean[i]
         for r in range(rows):
-            total += gain[i, r] * innovation[r]
+            total += sign * gain[i, r] * innovation[r]
         x[i, lane] = total
         for j in range(i + 1):
             value = full[i, j]
@@ -135,7 +141,7 @@ def _expect(a, b, c, setup, who, count, known, raw, h, jacobian):
         h[n] = height
         jacobian[n, 0] = gx
         jacobian[n, 1] = gy
-        jacobian[n, 2] = gz
+        jacobian[n, 2] = gz * c / (setup.earth[1] + c) if setup.update == PRINTED_GRADIENT else gz
 
 
 @strict

@@ -170,6 +170,7 @@ ALGORITHM = Algorithm(
         "nis",
         "radial_error",
         "altitude",
+        "altitude_bias",
         "height",
         "residuals",
         "receiver_delays",

@@ -247,3 +247,15 @@ class UpdateParameters(Parameters):
         choices=UPDATES,
     )
     """How a mark enters the estimate. The others are for comparison: with an altitude all give the same."""
+    printed: Literal["corrected", "sign", "gradient"] = parameter(
+        "corrected",
+        title="Formulas",
+        group="measurement",
+        advanced=True,
+        choices={
+            "corrected": "as they must be",
+            "sign": "(19) as printed: the correction is subtracted",
+            "gradient": "(26) as printed: z in place of R + z in the altitude's gradient",
+        },
+    )
+    """Two misprints of the article that matter, to see what they do; with the update `ekf` only."""

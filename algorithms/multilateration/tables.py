@@ -120,6 +120,9 @@ def _states(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
         columns["altitude_source"] = Texts.coded(_flat(a["altitude_source"]), SOURCES)
         columns["altitude_given_m"] = _flat(a["altitude_given_m"])
         columns["altitude_sigma_m"] = _flat(a["altitude_sigma_m"])
+    if "altitude_bias_m" in a:
+        columns["altitude_bias_m"] = _flat(a["altitude_bias_m"])
+        columns["altitude_bias_sd_m"] = _flat(a["altitude_bias_sd_m"])
     return Table(columns)
 
 

@@ -15,6 +15,7 @@ from algorithms.multilateration.blocks import blocks_of
 from algorithms.multilateration.conditions import Conditions, conditions_of, given_or_default, toa_of
 from algorithms.multilateration.filter_kernel import filter_marks
 from algorithms.multilateration.imm_kernel import filter_marks_by_models
+from algorithms.multilateration.joint_update import PRINTED_GRADIENT, PRINTED_SIGN
 from algorithms.multilateration.lanes import Report, Setup, Track
 from algorithms.multilateration.outputs import position_part
 from algorithms.multilateration.parameters import FilterParameters, MarkParameters, MissingAltitudeParameters, Start
@@ -146,7 +147,7 @@ def _filtered(
             "sigma_jerk_mps3": given_or_default(parameters, "sigma_jerk_mps3"),
             "smoothing": given_or_default(parameters, "smoothing"),
         }
-        | ({"update": given_or_default(parameters, "update")} if hasattr(parameters, "update") else {})
+        | {name: given_or_default(parameters, name) for name in ("update", "printed") if hasattr(parameters, name)}
         | _altitude_settings(parameters, altitude=altitude)
         | _start_settings(parameters)
     )
@@ -223,6 +224,13 @@ def _start_settings(parameters: FilterParameters) -> dict[str, Setting]:
     return settings
 
 
+def _update_of(parameters: MarkParameters) -> int:
+    """Code of the update for the kernel: a misprint replaces the extended filter's."""
+    printed = {"sign": PRINTED_SIGN, "gradient": PRINTED_GRADIENT}.get(getattr(parameters, "printed", ""))
+    update = getattr(parameters, "update", "ekf")
+    return printed if printed is not None and update == "ekf" else lanes.UPDATES.index(update)
+
+
 def _altitude_settings(parameters: MarkParameters, *, altitude: bool) -> dict[str, Setting]:
     """Tell what stands in for altitudes that are not decoded."""
     wanted = getattr(parameters, "missing_altitude", None)
@@ -267,7 +275,7 @@ def setup_of(
         gather_time_s=gathering.start_window_s,
         gather_altitude=gathering.start_altitude_m,
         gather_altitude_variance=gathering.start_altitude_sd_m**2,
-        update=lanes.UPDATES.index(getattr(gathering, "update", "ekf")),
+        update=_update_of(gathering),
         emission_variance=0.0,
     )
 

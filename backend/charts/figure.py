@@ -54,6 +54,7 @@ REASONS = {
     "no_height": "No algorithm of this run keeps tracks with a height, and none is known.",
     "no_curvature": "Altitude and height in the local frame differ by less than a metre here.",
     "no_residuals": "No algorithm of this run gave residuals of receivers.",
+    "no_bias": "No algorithm of this run estimates the altitude's bias.",
     "no_delays": "No receiver has enough marks with more data than unknowns.",
     "no_memory": "No tracker of this run keeps a memory of plots.",
     "no_curves": "No statistics over trials at each instant: the run has none, or none is finished yet.",

@@ -232,14 +232,14 @@ def _add_band(entry: Entry, states: Estimates, height: Floats, options: ChartOpt
     points = curve(states.time_s, (height - reach, height + reach), states.starts, options.curve_points)
     if points.of == 0:
         return
-    x, y = _outline(points, states.time_s, height - reach, height + reach)
+    x, y = outline(points, states.time_s, height - reach, height + reach)
     fill = theme.faint(color, theme.INTERVAL_OPACITY)
     traces.append(
         trace("interval", x, options.number(y), mode="lines", line={"width": 0}, fill="toself", fillcolor=fill, **look)
     )
 
 
-def _outline(points: Picked, time: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+def outline(points: Picked, time: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     """Closed outlines between two curves, one for each unbroken piece, NaN between."""
     pieces = np.split(points.positions, np.flatnonzero(points.positions < 0))
     x: list[Floats] = []

@@ -103,3 +103,28 @@ def test_in_the_robust_profile_they_start_and_follow_by_themselves(marks: ToaMar
 
     # Specification 6.3: they equal the extended filter where an altitude makes the place observable.
     assert error(update) == pytest.approx(error("ekf"), rel=0.1)
+
+
+def test_the_printed_formulas_do_what_the_errata_say(marks: ToaMarks) -> None:
+    """Specification E1: the error grows from mark to mark; E2: NIS of the altitude explodes."""
+
+    def run(printed: str) -> tuple[np.ndarray, np.ndarray]:
+        arrays = rdfv.run(marks, rdfv.RdfvParameters(**article(marks), printed=printed), LocalContext()).arrays
+        off = np.hypot(*(arrays["state"][:, [0, 3]] - marks.truth_m[:, :2, None]).transpose(1, 0, 2))
+        return off, arrays["nis"]
+
+    right, nis = run("corrected")
+    wrong_sign, _ = run("sign")
+    assert (wrong_sign[1] > 1.5 * right[0]).all()
+    assert np.nanmedian(wrong_sign[9]) > 1e4
+    _, wrong_gradient = run("gradient")
+    assert np.nanmedian(wrong_gradient[-10:]) > 2 * np.nanmedian(nis[-10:])
+    assert np.nanmedian(wrong_gradient[5:10]) > 1.5 * np.nanmedian(nis[5:10])
+    plain = rdfv.run(marks, rdfv.RdfvParameters(**article(marks)), LocalContext()).arrays["state"]
+    np.testing.assert_array_equal(plain[:, 0], right_state(marks))
+
+
+def right_state(marks: ToaMarks) -> np.ndarray:
+    parameters = rdfv.RdfvParameters(**article(marks), printed="corrected")
+    state: np.ndarray = rdfv.run(marks, parameters, LocalContext()).arrays["state"]
+    return state[:, 0]
