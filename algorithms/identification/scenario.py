@@ -8,6 +8,7 @@ trials innermost.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from algorithms.identification.scenario_parameters import (
     ClusterParameters,
     RadarScenario,
     TracksParameters,
+    TurningParameters,
     TwoTargetsParameters,
 )
 from algorithms.recording import PolarPlots
@@ -34,6 +36,8 @@ NOISE, DETECTION, FALSE_PLOTS, MANOEUVRE = range(1, 5)
 # Radars after the second stand on the base turned by this much each, so that three make an equal-sided triangle.
 TURN_RAD = np.pi / 3
 MAX_ROWS = 200_000
+# Rounds in which the instant and the place at which a beam meets a target settle: each gains the ratio of their speeds.
+CLOSER = 6
 
 
 def _unit(azimuth_deg: float) -> Floats:
@@ -113,11 +117,29 @@ def simulate_tracks(p: TracksParameters, trials: tuple[int, ...], seed: int) -> 
     return _plots(p, 2, places, velocity, time, trials, seed)
 
 
-def _plots(
-    p: RadarScenario, radars: int, places: Floats, velocity: Floats, time: Floats, trials: tuple[int, ...], seed: int
-) -> PolarPlots:
-    """Plots of targets at places (look, target, 2), look by look, radar by radar, targets before false plots."""
-    looks, targets, _ = places.shape
+@dataclass(frozen=True)
+class _Rows:
+    """What stands behind each plot, look by look, radar by radar, targets before false plots.
+
+    Attributes
+    ----------
+    look, radar, slot : (M,) the slot is the target, or beyond them a false plot
+    real : (M,) whether a target is behind it
+    time : (M,) s
+    place, velocity : (M, 2) m and m/s of the target; NaN of a false plot
+    """
+
+    look: Ints
+    radar: Ints
+    slot: Ints
+    real: NDArray[np.bool_]
+    time: Floats
+    place: Floats
+    velocity: Floats
+
+
+def _numbered(p: RadarScenario, looks: int, radars: int, targets: int) -> tuple[Ints, Ints, Ints]:
+    """Look, radar and slot of each row."""
     slots = targets + p.false_plots
     rows = looks * radars * slots
     if rows > MAX_ROWS:
@@ -126,24 +148,76 @@ def _plots(
             pointer="/false_plots",
             remedy="Take fewer false plots, targets or looks.",
         )
-    sites = radar_places(p, radars)
     look = np.repeat(np.arange(looks), radars * slots)
     radar = np.tile(np.repeat(np.arange(radars), slots), looks)
-    slot = np.tile(np.arange(slots), looks * radars)
+    return look, radar, np.tile(np.arange(slots), looks * radars)
+
+
+def _plots(
+    p: RadarScenario, radars: int, places: Floats, velocity: Floats, time: Floats, trials: tuple[int, ...], seed: int
+) -> PolarPlots:
+    """Plots of targets at places (look, target, 2), all at the instant of their look."""
+    looks, targets, _ = places.shape
+    look, radar, slot = _numbered(p, looks, radars, targets)
     real = slot < targets
-    truth = np.full((rows, 3), np.nan)
-    truth[real, :2] = places[look[real], slot[real]]
-    truth[real, 2] = p.height_m
-    speed = np.full((rows, 3), np.nan)
-    speed[real] = (*velocity, 0.0)
+    place, speed = np.full((look.size, 2), np.nan), np.full((look.size, 2), np.nan)
+    place[real] = places[look[real], slot[real]]
+    speed[real] = velocity
+    rows = _Rows(look, radar, slot, real, time[look], place, speed)
+    return _measured(p, rows, radars, targets, places.shape[:2], trials, seed)
+
+
+def simulate_turning(p: TurningParameters, trials: tuple[int, ...], seed: int) -> PolarPlots:
+    """Targets on straight lines of their own, each plot at the instant at which the beam of its radar meets them."""
+    rng = np.random.default_rng(np.random.SeedSequence(entropy=p.placement_seed, spawn_key=(8,)))
+    sites = radar_places(p, p.radars)
+    turn = p.rotation_s + p.rotation_step_s * np.arange(p.radars)
+    phase = rng.random(p.radars)
+    middle = target_1(p) + (rng.random((p.targets, 2)) - 0.5) * p.region_side_m
+    course = rng.random(p.targets) * 2 * np.pi
+    flown = p.speed_mps * np.stack([np.sin(course), np.cos(course)], axis=1)
+    span = p.looks * p.rotation_s
+    # The slowest radar turns less often: what it has not seen by the end is cut off.
+    look, radar, slot = _numbered(p, p.looks + 1, p.radars, p.targets)
+    real = slot < p.targets
+    which = slot.clip(max=p.targets - 1)
+    velocity = np.where(real[:, None], flown[which], 0.0)
+    half = span / 2
+    time: Floats = np.full(look.size, half)
+    first: Floats | None = None
+    for _ in range(CLOSER):
+        # The beam is at 0 at its phase; it meets a target where that is by then. False plots lie about the middle.
+        place = np.where(real[:, None], middle[which] + velocity * (time - half)[:, None], target_1(p))
+        east, north = (place - sites[radar]).T
+        share = np.mod(np.arctan2(east, north) / (2 * np.pi) + phase[radar], 1.0)
+        first = share if first is None else first
+        # On the side of the middle place: a share that goes on from 0.99 to 0.01 would lose a turn.
+        time = turn[radar] * (look + first + np.mod(share - first + 0.5, 1.0) - 0.5)
+    kept = np.flatnonzero((time >= 0) & (time < span))
+    kept = kept[np.argsort(time[kept], kind="stable")]
+    place[~real], velocity[~real] = np.nan, np.nan
+    number = np.floor(time / p.rotation_s).astype(np.int64)
+    rows = _Rows(number[kept], radar[kept], slot[kept], real[kept], time[kept], place[kept], velocity[kept])
+    return _measured(p, rows, p.radars, p.targets, (p.looks, p.targets), trials, seed)
+
+
+def _measured(
+    p: RadarScenario, rows: _Rows, radars: int, targets: int, shape: tuple[int, ...], trials: tuple[int, ...], seed: int
+) -> PolarPlots:
+    """What the radars say of what stands behind the rows."""
+    sites = radar_places(p, radars)
+    look, radar, slot, real = rows.look, rows.radar, rows.slot, rows.real
+    count = look.size
+    truth = np.column_stack([rows.place, np.where(real, p.height_m, np.nan)])
+    speed = np.column_stack([rows.velocity, np.where(real, 0.0, np.nan)])
     late = np.where(radar == 1, p.time_offset_s, 0.0)
     # A radar whose clock is wrong looks at another instant than it says.
-    seen = np.where(real[:, None], truth[:, :2] + late[:, None] * velocity - sites[radar], 0.0)
+    seen = np.where(real[:, None], rows.place + late[:, None] * rows.velocity - sites[radar], 0.0)
     names = tuple(str(i + 1) for i in range(targets)) + ((CLUTTER,) if p.false_plots else ())
     site = _site(p, sites)
     sigma_range = np.array([r.sigma_range_m for r in site.radars], float)[radar]
     sigma_azimuth = np.radians(np.array([r.sigma_azimuth_deg for r in site.radars], float))[radar]
-    drawn = _drawn(p, places, look, radar, slot, real, sites, trials, seed)
+    drawn = _drawn(p, shape, look, radar, slot, real, sites, trials, seed)
     east, north = seen[:, :1] + drawn.east, seen[:, 1:] + drawn.north
     slant = np.sqrt(east * east + north * north + np.where(real, p.height_m, 0.0)[:, None] ** 2)
     true_plot = np.where(real, 1.0, 0.0)[:, None]
@@ -153,8 +227,8 @@ def _plots(
     range_m = np.where(drawn.detected, range_m, np.nan)
     none = np.full(range_m.shape, np.nan)
     return PolarPlots(
-        time_s=time[look],
-        row=np.arange(1, rows + 1),
+        time_s=rows.time,
+        row=np.arange(1, count + 1),
         target=slot.clip(max=targets).astype(np.int64),
         targets=names,
         truth_m=truth,
@@ -167,11 +241,11 @@ def _plots(
         east_m=none,
         north_m=none,
         radar=radar.astype(np.int64),
-        radar_east_m=np.full(rows, np.nan),
-        radar_north_m=np.full(rows, np.nan),
+        radar_east_m=np.full(count, np.nan),
+        radar_north_m=np.full(count, np.nan),
         scan=look.astype(np.int64),
-        address=np.full(rows, -1),
-        callsign=np.full(rows, -1),
+        address=np.full(count, -1),
+        callsign=np.full(count, -1),
         radars=tuple(str(k + 1) for k in range(radars)),
     )
 
@@ -187,8 +261,8 @@ class _Draws:
 
 
 def _drawn(
-    p: RadarScenario, places: Floats, look: Ints, radar: Ints, slot: Ints, real: NDArray[np.bool_], sites: Floats,
-    trials: tuple[int, ...], seed: int,
+    p: RadarScenario, shape: tuple[int, ...], look: Ints, radar: Ints, slot: Ints, real: NDArray[np.bool_],
+    sites: Floats, trials: tuple[int, ...], seed: int,
 ) -> _Draws:  # fmt: skip
     rows = look.size
     out = _Draws(rows, len(trials))
@@ -205,7 +279,7 @@ def _drawn(
             out.north[false, lane] = middle[:, 1] + inside[1]
         if isinstance(p, TracksParameters) and p.acceleration_density_m2ps3:
             rng = trial_stream(seed, trial, MANOEUVRE)
-            deviation = _deviations(places.shape[:2], p.acceleration_density_m2ps3, p.period_s, rng)
+            deviation = _deviations(shape, p.acceleration_density_m2ps3, p.period_s, rng)
             out.east[:, lane] += deviation[look, slot, 0]
             out.north[:, lane] += deviation[look, slot, 1]
     return out
@@ -276,5 +350,14 @@ SCENARIOS = (
         TracksParameters,
         simulate_tracks,
         _last_scan,
+    ),
+    _scenario(
+        "turning_radars",
+        "Radars that turn by themselves",
+        "Two to four radars turn, each with its own period and phase, past targets that fly straight, each its own "
+        "way: no two plots have the same instant. Stored as a recording its plots are moved to one; trials show what "
+        "becomes of them where nobody does.",
+        TurningParameters,
+        simulate_turning,
     ),
 )

@@ -114,3 +114,32 @@ class TracksParameters(RadarScenario):
     )
     """Density of a white acceleration by which each target leaves its line, in each trial another way. The true path
     stays the line."""
+
+
+class TurningParameters(RadarScenario):
+    """Radars that turn by themselves, and targets on straight lines."""
+
+    radars: int = parameter(2, title="Radars", unit="1", group="stations", ge=2, le=4)
+    """The third and fourth stand on the base turned by 60 and 120 degrees."""
+    rotation_s: float = parameter(10.0, title="Turn of the first radar", unit="s", group="timing", gt=0, le=1000)
+    """How long a turn of its antenna takes; it begins anywhere."""
+    rotation_step_s: float = parameter(
+        1.3, title="Further radars turn slower by", unit="s", group="timing", ge=0, le=1000
+    )
+    """Each than the one before it; with 0 they keep their distance in time."""
+    looks: int = parameter(20, title="Turns", unit="1", group="timing", ge=4, le=500)
+    """Of the first radar; one of them is one look."""
+    targets: int = parameter(6, title="Targets", unit="1", group="targets", ge=1, le=50)
+    """In the middle of the time at random in the square around the place of target 1."""
+    speed_mps: float = parameter(200.0, title="Speed", unit="m/s", group="targets", ge=0, le=3000)
+    """Of all targets; each has a course of its own."""
+    target_range_m: float = parameter(60_000.0, title="Range of target 1", unit="m", group="targets", gt=0, le=1e6)
+    """From the first radar: the middle of the square."""
+    sigma_azimuth_deg: float = parameter(
+        0.2, title="Azimuth error", unit="°", symbol="σ_β", group="stations", gt=0, le=28
+    )
+    """Standard deviation of an azimuth."""
+    region_side_m: float = parameter(40_000.0, title="Side of the region", unit="m", group="reception", gt=0, le=1e6)
+    """Square in which the targets are, and false plots lie."""
+    placement_seed: int = parameter(1, title="Seed of the places", group="targets", advanced=True, ge=0, le=2**32 - 1)
+    """Another seed gives other places, courses and phases."""

@@ -1,0 +1,66 @@
+"""Radars that turn by themselves: instants of their plots, and what moving them to one instant is worth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms.recording import PolarPlots
+from algorithms.registry import algorithms_by_name, scenarios_by_name
+from algorithms.spec import LocalContext
+
+SCENARIO = scenarios_by_name()["turning_radars"]
+
+
+def simulated(**parameters: Any) -> PolarPlots:
+    found = SCENARIO.simulate(SCENARIO.parameters(**parameters), (0,), 1)
+    assert isinstance(found, PolarPlots)
+    return found
+
+
+def test_a_beam_meets_a_target_where_it_is_by_then() -> None:
+    plots = simulated(radars=3)
+    assert (np.diff(plots.time_s) >= 0).all()
+    assert np.unique(plots.time_s).size == len(plots)
+    assert plots.site is not None
+    offset = plots.truth_m[:, :2] - plots.site.radar_positions()[plots.radar, :2]
+    azimuth = np.arctan2(*offset.T) / (2 * np.pi)
+    for radar, turn in enumerate((10.0, 11.3, 12.6)):
+        own = plots.radar == radar
+        phase = np.mod(plots.time_s[own] / turn - azimuth[own], 1.0)
+        away = np.angle(np.exp(2j * np.pi * (phase - phase[0])))
+        np.testing.assert_allclose(away, 0, atol=1e-6, err_msg=f"radar {radar + 1} turns in {turn} s")
+
+
+def test_targets_fly_straight() -> None:
+    plots = simulated()
+    for target in range(6):
+        own = plots.target == target
+        expected = plots.truth_m[own][0, :2] + plots.truth_velocity_mps[own, :2] * (
+            plots.time_s[own] - plots.time_s[own][0]
+        )[:, None]  # fmt: skip
+        np.testing.assert_allclose(plots.truth_m[own, :2], expected, atol=1e-3)
+        assert np.hypot(*plots.truth_velocity_mps[own][0, :2]) == pytest.approx(200)
+
+
+@pytest.mark.parametrize("name", ["pairwise_test", "multi_radar_assignment"])
+def test_moved_to_one_instant_far_more_pairs_are_found(name: str) -> None:
+    algorithm, plots = algorithms_by_name()[name], simulated()
+    recall = []
+    for extrapolate in (False, True):
+        result = algorithm.run(plots, algorithm.parameters(extrapolate=extrapolate), LocalContext())
+        (found,) = (m.value for m in algorithm.measure(plots, result) if m.metric == "recall" and not m.target)
+        assert found is not None
+        recall.append(found)
+    assert recall[0] < 0.75
+    assert recall[1] > recall[0] + 0.15
+
+
+def test_false_plots_and_misses_have_instants_too() -> None:
+    plots = simulated(false_plots=2, detection_probability=0.8)
+    assert plots.targets[-1] == "clutter"
+    assert 0.1 < np.isnan(plots.range_m[plots.target < 6]).mean() < 0.3
+    assert np.isfinite(plots.range_m[plots.target == 6]).all()
+    assert np.isfinite(plots.time_s).all()
