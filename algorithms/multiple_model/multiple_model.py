@@ -22,7 +22,7 @@ from algorithms.multiple_model.measures import measure
 from algorithms.multiple_model.outputs import OUTPUTS
 from algorithms.multiple_model.parameters import MergingParameters, ModelChoice, Region
 from algorithms.multiple_model.tables import tabulate
-from algorithms.multiple_model.tracker import ModelSet
+from algorithms.multiple_model.tracker import ModelSet, bank_of
 from algorithms.result import Result
 from algorithms.scores import Floats, Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
@@ -84,6 +84,12 @@ class MultipleModelParameters(MergingParameters):
             raise ValueError(
                 f"the set {self.model_set} brings its own models and matrix; leave out {', '.join(sorted(listed))}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _chains(self) -> Self:
+        """A matrix that is none is refused before a run, with its row."""
+        bank_of(models_of(self), self)
         return self
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from algorithms.errors import ParameterError
 from algorithms.spec import Parameters, parameter
 
 SIGMA_RANGE_M = 2.5
@@ -138,6 +139,17 @@ class MotionParameters(MeasurementParameters):
     """So many times as wide after 2.5 intervals without a plot."""
 
 
+def check_rule(structure: str, merging: str) -> None:
+    """Refuse a rule that needs a main hypothesis where there is none."""
+    if structure == "gpb1" and merging not in ("moment", "max"):
+        raise ParameterError(
+            f"The merging rule {merging} needs a main hypothesis, and the structure gpb1 has none.",
+            pointer="/merging",
+            remedy="Choose moment or max, or the structure imm or gpb2.",
+            code="merging_structure",
+        )
+
+
 class MergingParameters(MotionParameters):
     """How hypotheses are merged and which answer is given."""
 
@@ -166,6 +178,11 @@ class MergingParameters(MotionParameters):
         choices=ANSWERS,
     )
     """It does not feed back."""
+
+    @model_validator(mode="after")
+    def _rule_fits(self) -> Self:
+        check_rule(self.structure, self.merging)
+        return self
 
 
 class PaperParameters(MergingParameters):

@@ -12,7 +12,7 @@ from algorithms.errors import ParameterError
 from algorithms.multiple_model import states
 from algorithms.multiple_model.filter_kernel import filter_groups
 from algorithms.multiple_model.measurements import Plots, Prepared, groups_of, prepare
-from algorithms.multiple_model.parameters import MotionParameters, Region
+from algorithms.multiple_model.parameters import MotionParameters, Region, check_rule
 from algorithms.multiple_model.states import Report, Setup
 from algorithms.result import Note, Setting
 from algorithms.spec import RunContext
@@ -98,13 +98,7 @@ def bank_of(chosen: ModelSet, parameters: MotionParameters) -> Bank:
         A transition matrix that is none, a rule that does not fit the structure.
     """
     n = len(chosen.models)
-    if chosen.structure == "gpb1" and chosen.merging not in ("moment", "max"):
-        raise ParameterError(
-            f"The merging rule {chosen.merging} needs a main hypothesis, and the structure gpb1 has none.",
-            pointer="/merging",
-            remedy="Choose moment or max, or the structure imm or gpb2.",
-            code="merging_structure",
-        )
+    check_rule(chosen.structure, chosen.merging)
     columns = [check_rows(region.transition, n, f"/regions/{i}/transition") for i, region in enumerate(chosen.regions)]
     columns.append(check_rows(chosen.transition, n))
     return Bank(

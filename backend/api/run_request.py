@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from algorithms.errors import InputError
 from algorithms.spec import Algorithm
 from backend.api.algorithms import catalogue
 from backend.api.run_recordings import recordings_of, source_of
@@ -199,4 +200,6 @@ def _parameters(pointer: str, algorithm: Algorithm, entry: EntryIn) -> list[Prob
                     f"it has {', '.join(known)}."
                 )
         return items
+    except InputError as error:
+        return [_item(f"{pointer}{error.pointer}", str(error), error.code)]
     return []
