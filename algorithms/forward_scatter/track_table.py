@@ -65,6 +65,7 @@ def _row(recording: DopplerPairs, result: Result, where: Any, trial: int, base_m
         chi2=np.asarray(a["chi2"], float)[where, trial],
         dof=np.asarray(a["dof"], np.int64)[where, trial],
         used=np.asarray(a["used"], np.bool_)[where, :, trial],
+        residual=np.asarray(a["residual_hz"], float)[where, :, trial] / _sigma_hz(result),
         a=base_m,
     )
     there = np.isfinite(measured)
@@ -104,6 +105,11 @@ def signed_dopplers(recording: DopplerPairs, where: NDArray[np.int64], trial: in
     if unsigned:
         signs(doppler, np.ascontiguousarray(recording.time_s[where]), 0, where.size)
     return doppler[:, :, 0]
+
+
+def _sigma_hz(result: Result) -> float:
+    """Error of one Doppler as the method took it; NaN where it does not tell."""
+    return float(result.settings["sigma_doppler_hz"].value) if "sigma_doppler_hz" in result.settings else float("nan")
 
 
 def _base_m(recording: DopplerPairs) -> float:

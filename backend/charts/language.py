@@ -21,6 +21,7 @@ _SECTION = re.compile(r"^export (?:const (\w+)|default)\b")
 _TEXT = re.compile(r'^ {2}("(?:[^"\\]|\\.)*"): ("(?:[^"\\]|\\.)*"),$')
 _PATTERN = re.compile(r'^ {2}\[/(.+)/, ("(?:[^"\\]|\\.)*")\],$')
 _PLACE = re.compile(r"\{(\d+)\}")
+_OF_MODEL = "mode_probability_"
 # A template with fewer letters of its own (`{1}: {2}`) says nothing by itself: something in it must be known.
 _FEWEST_LETTERS = 3
 # Message and remedy come as one text; nothing the server says has more parts than this.
@@ -62,6 +63,14 @@ class Words:
     def told(self, key: str, fallback: str) -> str:
         """Return the text of a code; where none is known, that of the fallback."""
         return self.keys[key] if key in self.keys else self.said(fallback)
+
+    def metric(self, name: str) -> str:
+        """Return the name of a metric; of a motion model's mean probability with the model's own name."""
+        model = name.removeprefix(_OF_MODEL)
+        whole = self.keys.get("metric.mode_probability")
+        if model != name and whole is not None:
+            return whole.replace("{model}", model)
+        return self.told(f"metric.{name}", name)
 
     def listed(self, text: str) -> str:
         """Return a text in this language, known as a whole or part by part between commas."""

@@ -176,7 +176,7 @@ def _metrics(metrics: Sequence[ReportMetric], colours: Mapping[str, str], words:
     names = "".join(f'<th scope="col">{_swatch(c)}{_text(label)}</th>' for label, c in colours.items())
     lines = []
     for metric, segment, unit in rows:
-        name = words.told(f"metric.{metric}", metric)
+        name = words.metric(metric)
         cells = [
             f'<th scope="row">{_text(name)}</th>',
             *([f"<td>{_text(words.said(segment))}</td>"] if segments else []),
@@ -202,7 +202,7 @@ def _requirements(requirements: Sequence[ReportRequirement], words: Words) -> st
 
     lines = [
         f"<tr><td>{_text(r.label)}</td><td>{_text(r.target or words.said('all'))}</td><td>{in_words(r.segment)}</td>"
-        f"<td>{_text(words.told(f'metric.{r.requirement}', r.requirement))}</td>"
+        f"<td>{_text(words.metric(r.requirement))}</td>"
         f'<td class="number">{number_text(r.value)}</td><td class="number">{number_text(r.threshold)}</td>'
         f"<td>{_text(words.said(r.unit))}</td><td>{in_words(r.verdict)}</td>"
         f'<td class="number">{r.n}</td></tr>'
@@ -268,7 +268,7 @@ def _decision(code: str, words: Words) -> str:
 
 def _entry(entry: ReportEntry, colour: str, words: Words) -> str:
     rows = [
-        f'<tr><th scope="row"><code>{_text(name)}</code></th><td class="number">{_text(value)}</td>'
+        f'<tr><th scope="row"><code>{_text(name)}</code></th><td class="number">{_text(words.said(value))}</td>'
         f"<td>{_text(words.told(f'source.{source}', source))}</td></tr>"
         for name, value, source in entry.settings
     ]

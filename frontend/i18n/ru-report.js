@@ -55,6 +55,9 @@ export const words = {
   "doppler_pairs": "доплеровские сдвиги",
   // what is read under the pointer
   "row": "строка",
+  "pauses": "паузы",
+  "scan numbers": "номера обзоров",
+  "truth": "истина",
   "target": "цель",
   "track": "трасса",
   "km east": "км на восток",

@@ -44,6 +44,12 @@ def test_no_text_of_the_files_is_missed(russian: Words, repository: Path) -> Non
     assert len(patterns) == len(russian.patterns) > 40
 
 
+def test_metrics_of_models_have_the_model_s_name(russian: Words) -> None:
+    assert russian.metric("mode_probability_cv_0.5") == "Средняя вероятность модели cv_0.5"
+    assert russian.metric("rms_horizontal_m") == "Плановая ошибка, СКО"
+    assert words_of("en").metric("mode_probability_cv_0.5") == "mode_probability_cv_0.5"
+
+
 def test_english_stays(russian: Words) -> None:
     english = words_of("en")
     assert english.said("Horizontal error, m") == "Horizontal error, m"

@@ -265,3 +265,13 @@ def test_magnitudes_are_suspected_and_get_their_signs_back() -> None:
     assert "doppler_without_sign" in notes(run(ML, magnitudes))
     found = run(ML, magnitudes, unsigned=True)
     assert found.arrays["theta"][-1] == pytest.approx(run(ML, signed).arrays["theta"][-1], rel=1e-9)
+
+
+def test_noise_about_a_pass_is_told_by_the_lines_too() -> None:
+    """They have no chi2: their crossing is that of the noise, and the residuals show it."""
+    clean = made()
+    f = clean.doppler_hz.copy()
+    f[:12] = np.random.default_rng(0).uniform(-100, 100, (12, 2, 1))
+    assert "chi2_large" in notes(run(LINES, replace(clean, doppler_hz=f)))
+    assert "chi2_large" not in notes(run(LINES, clean))
+    assert "chi2_large" not in notes(run(LINES, made(course_deg=60.0)))
