@@ -116,6 +116,9 @@ def conditions_of(
     earth, source = _earth(site, parameters, profile, notes)
     settings["earth"] = Setting("sphere" if earth[0] == earths.SPHERE else "wgs84", source)
 
+    if _in_line(positions, sigma_m):
+        text = "the stations stand in one line: a place and its mirror image cannot be told apart"
+        notes.append(Note("stations_in_line", text))
     distance = np.linalg.norm(positions[:, None] - positions[None], axis=-1)
     return Conditions(
         stations=positions,
@@ -130,6 +133,14 @@ def conditions_of(
         settings=settings,
         notes=tuple(notes),
     )
+
+
+def _in_line(positions: Floats, sigma_m: Floats) -> bool:
+    """Whether three stations or more leave their common line by no more than the timing sees."""
+    if len(positions) < 3:
+        return False
+    across = np.linalg.svd(positions - positions.mean(axis=0), compute_uv=False)[1]
+    return bool(across < SPREAD_SIGMA * sigma_m.max())
 
 
 def _earth(site: Site, parameters: MarkParameters, profile: str, notes: list[Note]) -> tuple[Floats, str]:

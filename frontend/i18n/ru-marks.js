@@ -97,6 +97,7 @@ export const words = {
   "Bias, m": "Смещение, м",
   "decoded less true": "принятая минус истинная",
   "Decoded altitude less geometric height; the band holds 95 %.": "Принятая высота минус геометрическая; полоса содержит 95 %.",
+  "the stations stand in one line: a place and its mirror image cannot be told apart": "пункты приёма стоят на одной прямой: место и его зеркальное отражение неразличимы",
   "altitude held": "высота удержана",
   "altitude of the type": "высота типа",
   "assumed altitude": "предполагаемая высота",
