@@ -16,6 +16,8 @@ Ints = NDArray[np.int64]
 
 # Plots from which a period is estimated.
 FEWEST_PLOTS = 12
+# A slower growth of azimuth with time is a target that passes by: no antenna takes so long, s.
+LONGEST_PERIOD_S = 40.0
 # Length of the mean vector of the phases of an antenna that turns steadily; without turning it is near 0.
 STEADY = 0.8
 # Share of a plot's phase that goes into the phase that is followed.
@@ -35,6 +37,8 @@ def turning_period(time_s: Floats, azimuth_rad: Floats) -> float | None:
     if int(soon.sum()) < FEWEST_PLOTS // 2:
         return None
     period = float(np.median(2 * np.pi * dt[soon] / turn[soon]))
+    if period > LONGEST_PERIOD_S:
+        return None
     first = slice(0, min(time_s.size, LOOKED_AT))
     phase = 2 * np.pi * time_s[first] / period - azimuth_rad[first]
     drift = np.angle(np.exp(1j * np.diff(phase)))

@@ -130,3 +130,10 @@ def test_slant_ranges_become_ground_ranges_with_an_altitude() -> None:
 
     assert worst(with_height) < 100
     assert worst(without) > 1000
+
+
+def test_a_single_target_that_passes_by_is_no_turning_antenna() -> None:
+    """Its azimuth grows with time too: taken for an antenna of some minutes, all its plots would be one scan."""
+    time = 5.0 * np.arange(40)
+    azimuth = np.mod(np.arctan2(-20e3 + 180 * time, np.full(40, 12e3)), 2 * np.pi)
+    assert turning_period(time, azimuth) is None
