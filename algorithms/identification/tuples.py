@@ -29,7 +29,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from algorithms.errors import AlgorithmError
 from algorithms.identification.pairs import Points
@@ -41,6 +40,8 @@ Ints = NDArray[np.int64]
 
 MOST_CANDIDATES = 20_000
 LEAST_MISS = 1e-9
+# So many tuples are chosen anew to see what lacks one of them.
+MOST_NEAR = 700
 Tuple = tuple[int, ...]
 """Plot of each radar, -1 = none."""
 
@@ -203,31 +204,42 @@ def numbered(counts: list[int], tuples: Ints) -> Ints:
     return np.where(tuples >= 0, tuples + offset, -1)
 
 
-def _upper_bounds(counts: list[int], tuples: Ints, scores: Floats, large: NDArray[np.bool_], chosen: Ints) -> Floats:
-    """Compare the best choice with the best one that lacks a tuple: others make its probability smaller only.
+def _upper_bounds(counts: list[int], tuples: Ints, scores: Floats, large: NDArray[np.bool_], best: Ints) -> Floats:
+    """(T,) bounds of the tuples of the best choice: it against the best one found that lacks the tuple.
 
-    `large` says which tuples are in groups that are not summed: the other ones do not depend on them. Tuples that are
-    worth nothing are in no best choice, so the groups of the others are smaller, and a tuple matters to its own alone.
+    `large` says which tuples are in groups that are not summed: the other ones do not depend on them. Only what stands
+    near a tuple is chosen anew without it, the rest of the best choice stays: others make its probability smaller only,
+    and what lacks the tuple far away is worth no more than what lacks it here.
     """
-    out = np.empty(len(chosen))
-    group = _groups(counts, tuples, large)
-    of_group = {g: np.flatnonzero(large & (group == g)) for g in np.unique(group[chosen]).tolist()}
-    best = {g: _solve(counts, tuples[own], scores[own])[0] for g, own in of_group.items()}
-    for i, c in enumerate(chosen):
-        g = int(group[c])
-        rest = of_group[g][of_group[g] != c]
-        out[i] = 1 / (1 + np.exp(_solve(counts, tuples[rest], scores[rest])[0] - best[g]))
-    return out
-
-
-def _groups(counts: list[int], tuples: Ints, large: NDArray[np.bool_]) -> Ints:
-    """(T,) number of the connected group of each tuple; tuples that share a plot are connected. -1 = not large."""
-    members = numbered(counts, tuples)
-    column, which = np.nonzero((members >= 0) & large[:, None])
+    out = np.empty(len(best))
     plots = int(sum(counts))
-    holds = coo_array((np.ones(column.size), (column, members[column, which])), shape=(len(tuples), plots)).tocsr()
-    _, group = connected_components((holds.T @ holds).tocsr(), directed=False)
-    return np.where(large, group[np.maximum(members.max(axis=1), 0)], -1)
+    own = np.flatnonzero(large)
+    members = numbered(counts, tuples[own])
+    column, which = np.nonzero(members >= 0)
+    holds = coo_array((np.ones(column.size), (column, members[column, which])), shape=(own.size, plots)).tocsr()
+    size = np.asarray(holds.sum(axis=1)).ravel()
+    chosen = np.searchsorted(own, best)
+    taken = np.asarray(holds[chosen].sum(axis=0)).ravel() > 0
+    for i, c in enumerate(chosen):
+        near = np.zeros(plots)
+        near[members[c][members[c] >= 0]] = 1
+        inside = np.zeros(own.size, np.bool_)
+        while True:
+            # What touches a plot that is near, and whatever of the best choice stands in its way, is near too.
+            touching = holds.T @ (holds @ near > 0) > 0
+            of_best = holds[chosen] @ touching > 0
+            wider = np.asarray(holds[chosen[of_best]].sum(axis=0) > 0).ravel() | (near > 0)
+            found = holds @ (wider | ~taken) == size
+            done = (wider == (near > 0)).all()
+            if inside.any() and (done or found.sum() > MOST_NEAR):
+                break
+            near, inside = wider.astype(float), found
+        fixed = holds[chosen] @ near > 0
+        now = float(scores[own[chosen[fixed]]].sum())
+        inside[c] = False
+        rest = own[inside]
+        out[i] = 1 / (1 + np.exp(_solve(counts, tuples[rest], scores[rest])[0] - now))
+    return out
 
 
 def _solve(counts: list[int], tuples: Ints, scores: Floats) -> tuple[float, Ints]:

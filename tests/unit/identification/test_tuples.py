@@ -91,6 +91,26 @@ def test_a_bound_is_never_below_the_sum(monkeypatch: pytest.MonkeyPatch) -> None
     assert (rough.probability <= 1).all()
 
 
+@pytest.mark.parametrize("near", [1, 100_000])
+def test_a_bound_from_nearby_choices_is_that_of_all(near: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What stands near a set tells what lacks it; where little is looked at, the bound is the larger one."""
+    monkeypatch.setattr(tuples_module, "MOST_NEAR", near)
+    one = looked(sides(2, (12, 12, 11)), threshold=18.0)
+    tuples = one.candidates(20_000)
+    assert tuples is not None
+    scores, *_ = one.evaluate(tuples)
+    tuples, scores = tuples[scores > 0], scores[scores > 0]
+    total, chosen = tuples_module._solve(one.count, tuples, scores)
+    found = tuples_module._upper_bounds(one.count, tuples, scores, np.ones(len(tuples), np.bool_), chosen)
+    for bound, c in zip(found, chosen, strict=True):
+        rest = np.arange(len(tuples)) != c
+        without = tuples_module._solve(one.count, tuples[rest], scores[rest])[0]
+        full = 1 / (1 + np.exp(without - total))
+        assert bound >= full - 1e-9
+        if near > len(tuples):
+            assert bound == pytest.approx(full, abs=1e-9)
+
+
 def test_two_radars_state_the_probabilities_of_the_matching() -> None:
     plots = simulated(targets=6, looks=20, detection_probability=0.9, false_plots=1)
     told = {"detection_probability": 0.9, "clutter_per_radar": 1.0, "target_count": 6.0}
