@@ -29,6 +29,7 @@ from algorithms.identification.pairs import Points, pair_statistics, points_of
 from algorithms.identification.parameters import ManyRadarParameters
 from algorithms.identification.plots import Look, Plots, plots_of, refuse_nothing
 from algorithms.identification.registration_sets import AcceptedSets, diagnosed_sets, joined_sets
+from algorithms.identification.scenario import CLUTTER
 from algorithms.identification.set_pairs import SetPairs, all_on_one_line
 from algorithms.identification.tables import tabulate
 from algorithms.identification.truth import score_groups
@@ -254,7 +255,8 @@ def _state(
         one = recording.target[own[0]]
         seen = (recording.target == one) & (plots.frame == plots.frame[own[0]]) & plots.usable[:, lane]
         stated[own[0], lane] = packed.probability[t]
-        whole[own[0], lane] = (recording.target[own] == one).all() and own.size == seen.sum()
+        real = recording.targets[one] != CLUTTER
+        whole[own[0], lane] = real and (recording.target[own] == one).all() and own.size == seen.sum()
 
 
 ALGORITHM = Algorithm(

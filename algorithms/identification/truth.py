@@ -38,7 +38,8 @@ def score_groups(
     """Score groups (M, L), -1 = none, with fused places (M, 2, L), covariances (M, 3, L) and statistics (M, L).
 
     `told`: (M, L) at the first plot of each set its probability and whether it is one whole target, else NaN and 0.
-    Sets that begin with a false plot are not counted; of several that begin with plots of one target the first one is.
+    A target at a look has room for one set. Which sets take it must not depend on what they are: those that begin with
+    a false plot are wrong, and what is stated of the others would come true too often.
     """
     lanes = plots.lanes
     known = [i for i, name in enumerate(recording.targets) if name not in ("", CLUTTER)]
@@ -94,10 +95,7 @@ def score_groups(
         xx, yy, xy = (covariance[take[0], k, take[1]] for k in range(3))
         fused = whole & np.isfinite(error[0])
         nees = (yy * error[0] ** 2 - 2 * xy * error[0] * error[1] + xx * error[1] ** 2) / (xx * yy - xy * xy)
-        begins = np.argmax(np.isfinite(stated[rows]), axis=0)
         values = {
-            "stated": stated[rows[begins], np.arange(lanes)],
-            "stated_right": whole_set[rows[begins], np.arange(lanes)],
             "both": both, "correct": whole, "wrong": wrong, "right": right, "exist": _choose_two(n),
             "error": np.where(fused, error[0] ** 2 + error[1] ** 2, 0.0), "claim": np.where(fused, xx + yy, 0.0),
             "nees": np.where(fused, nees, 0.0), "fused": fused,
@@ -107,6 +105,16 @@ def score_groups(
             got[name][q] = value
         time[q], target[q] = recording.time_s[first], known.index(t)
         right_pairs += right
+    slots_of: dict[int, list[int]] = {}
+    for q, (number, _) in enumerate(rows_of):
+        slots_of.setdefault(number, []).append(q)
+    for number, slots in slots_of.items():
+        sets = _mixed(np.flatnonzero(plots.frame == number))
+        first_ones = np.argsort(~np.isfinite(stated[sets]), axis=0, kind="stable")[: len(slots)]
+        room = slots[: len(first_ones)]
+        got["stated"][slots] = np.nan
+        got["stated"][room] = np.take_along_axis(stated[sets], first_ones, axis=0)
+        got["stated_right"][room] = np.take_along_axis(whole_set[sets], first_ones, axis=0)
     made = np.zeros(lanes)
     for look in plots.looks:
         frame = groups[plots.frame == look.number]
@@ -131,3 +139,9 @@ def score_groups(
         Sample("stated_right", "1", np.where(known_sets, got["stated_right"], np.nan).astype(np.float32)),
     )
     return Scores(tallies, samples, time, target, targets_of(recording) or ("",))
+
+
+def _mixed(rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Rows in an order that has nothing to do with radars and targets, and is always the same (Knuth's hash)."""
+    mixed: NDArray[np.int64] = rows[np.argsort((rows + 1) * 2654435761 % 2**32, kind="stable")]
+    return mixed
