@@ -194,7 +194,15 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
         "ci95_low": scale * np.array([19.0, 29.0, 39.0, 19.0, 29.0, 95.0, 140.0]),
         "ci95_high": scale * np.array([21.0, np.nan, 41.0, 21.0, 31.0, 105.0, 160.0]),
     }
-    return {"curves": Table(columns), "metrics": pair_metrics(metrics, swept)}
+    compared: dict[str, Any] = {
+        "metric": ["rms_up_m", "rms_velocity_up_mps"] * 2,
+        "segment": ["arc", "arc", "turn", "turn"],
+        "against": ["a"] * 4,
+        "target": [None] * 4,
+    }
+    for name, factor in (("ratio", 1.0), ("ratio_low", 0.9), ("ratio_high", 1.1)):
+        compared[name] = factor * scale * np.array([1.0, 1.5, 0.5, 2.0])
+    return {"curves": Table(columns), "metrics": pair_metrics(metrics, swept), "comparisons": Table(compared)}
 
 
 def complete_run(recording: ToaMarks, **more: Any) -> RunView:

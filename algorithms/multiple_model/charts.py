@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
-PLAIN_CHARTS = ("plan", "height", "speed", "acceleration", "nis", "radial_error", "trials_up", "trials_velocity_up")
+PLAIN_CHARTS = (
+    "plan", "height", "speed", "acceleration", "nis", "radial_error", "trials_up", "trials_velocity_up",
+    "trials_stages",
+)  # fmt: skip
 MODELS_CHARTS = (*PLAIN_CHARTS, "mode_probabilities", "trials_modes")
 """Charts of multiple-model tracking."""

@@ -28,7 +28,7 @@ UNITLESS = (
     "Number of",
     "NIS", "Station", "Gain", "Chi2", "Calibration error", "Plot of", "Algorithm", "Probability",
     "Mean probability", "Share", "Target", "Normal acceleration", "Squared", "sigma", "scenario", "NEES",
-    "Nonlinearity",
+    "Nonlinearity", "Ratio", "Stage",
 )  # fmt: skip
 LONG_LABEL = "rdfv " + "x" * 115
 
