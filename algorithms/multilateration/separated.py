@@ -157,3 +157,18 @@ def emitter_decisions(recording: ToaMarks, result: Result) -> Table | None:
             "reason": Texts.coded(code, WORDS),
         }
     )
+
+
+def with_reasons_of_nobody(decisions: Table, recording: ToaMarks, result: Result) -> Table:
+    """The table `decisions`, in which marks of nobody say why they are: the filter saw none of their receptions."""
+    decided = result.arrays.get("emitter_decision")
+    if decided is None or not decided.any():
+        return decisions
+    lost = np.flatnonzero((decided > 0) & (result.arrays["emitter"] < 0))
+    why = dict(zip(recording.row[lost].tolist(), decided[lost].tolist(), strict=True))
+    rows = np.asarray(decisions.columns["row"]).tolist()
+    columns = dict(decisions.columns)
+    for name, words in (("reason", WORDS), ("code", emitters.DECISIONS)):
+        texts = [words[why[row]] if row in why else text for row, text in zip(rows, columns[name], strict=True)]
+        columns[name] = Texts.of(texts)
+    return Table(columns)

@@ -14,7 +14,7 @@ from algorithms.multilateration import lanes
 from algorithms.multilateration.altitudes import SOURCES
 from algorithms.multilateration.outputs import position_covariance
 from algorithms.multilateration.receiver_tables import receiver_tables
-from algorithms.multilateration.separated import as_told_apart, emitter_decisions
+from algorithms.multilateration.separated import as_told_apart, emitter_decisions, with_reasons_of_nobody
 from algorithms.recording import ToaMarks
 from algorithms.result import Result, Table
 from algorithms.texts import Texts
@@ -45,7 +45,7 @@ def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
     tables = {
         "states": _states(recording, result, rows),
         "tracks": _tracks(recording, result),
-        "decisions": _decisions(recording, result, rows),
+        "decisions": with_reasons_of_nobody(_decisions(recording, result, rows), recording, result),
     } | receiver_tables(recording, result)
     if recording.has_truth:
         tables["errors"] = _errors(recording, result, rows)

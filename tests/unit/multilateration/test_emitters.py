@@ -70,6 +70,9 @@ def test_every_decision_is_listed_with_its_words(crossing: ToaMarks) -> None:
     assigned = np.array([d == "assigned" for d in listed["decision"]])
     distance, threshold = np.asarray(listed["distance"]), np.asarray(listed["threshold"])
     assert (distance[assigned] <= threshold[assigned]).all()
+    decisions = tables["decisions"].columns
+    (at,) = (i for i, row in enumerate(decisions["row"]) if row == part.row[50])
+    assert (decisions["code"][at], decisions["reason"][at]) == ("too_few", listed["reason"][50])
     assert set(tables["tracks"].columns["target"]) == {"emitter 1", "emitter 2"}
     assert not np.isfinite(result.arrays["state"][50, 0, 0])
     (note,) = (n for n in result.notes if n.code == "emitters")
