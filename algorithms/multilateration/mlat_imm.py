@@ -39,7 +39,7 @@ from algorithms.spec import Algorithm, Reference, RunContext, parameter
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE
 
 
-class MlatImmParameters(StartParameters, AltitudeParameters, MissingAltitudeParameters):
+class MlatImmParameters(MissingAltitudeParameters, StartParameters, AltitudeParameters):
     """Parameters of the filter with interacting models."""
 
     altitude: Literal["none", "white", "bias_state"] = parameter(

@@ -166,8 +166,8 @@ class StartParameters(MarkParameters):
         title="Marks without an address",
         group="association",
         choices={
-            "given": "are of one emitter",
-            "separate": "are told apart by where they can come from",
+            "given": "all are of one emitter",
+            "separate": "emitters are told apart by where their marks can come from",
         },
     )
     """Whether a recording may hold several emitters whose marks do not say whose they are."""
@@ -232,7 +232,7 @@ class FilterParameters(StartParameters):
     """Whether the whole track is smoothed afterwards (Rauch-Tung-Striebel)."""
 
 
-class FilterWithAltitudeParameters(FilterParameters, AltitudeParameters, MissingAltitudeParameters):
+class FilterWithAltitudeParameters(MissingAltitudeParameters, FilterParameters, AltitudeParameters):
     """A range-difference filter with altitude."""
 
 

@@ -13,7 +13,7 @@ from backend.charts.figure import ChartNote, Trace, axis, figure, hover, line_of
 from backend.charts.run_altitude import MARK, SIGMAS, outline
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
-TITLE = "Bias of the altitude"
+TITLE = "Altimeter bias"
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:

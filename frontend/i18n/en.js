@@ -399,7 +399,7 @@ export default {
   "chart.height": "Heights: h above the Earth, z in the frame",
   "chart.residuals": "Residuals by receiver",
   "chart.receiver_delays": "Delay of each receiver",
-  "chart.altitude_bias": "Bias of the altitude",
+  "chart.altitude_bias": "Altimeter bias",
   "chart.summary": "Chart “{title}”: {names}. Arrow keys step through the marks; the table has all values.",
   "chart.as_table": "As table",
   "chart.expand": "Full screen",

@@ -400,7 +400,7 @@ export default {
   "chart.height": "Над Землёй (h) и в местной системе (z)",
   "chart.residuals": "Остатки по пунктам приёма",
   "chart.receiver_delays": "Запаздывание пунктов приёма",
-  "chart.altitude_bias": "Смещение высоты",
+  "chart.altitude_bias": "Смещение высотомера",
   "chart.summary": "График «{title}»: {names}. Стрелки ведут по отметкам; все значения есть в таблице.",
   "chart.as_table": "Таблицей",
   "chart.expand": "На весь экран",

@@ -1,4 +1,4 @@
-"""Bias of the altitude: the estimate, its band, and what it truly is."""
+"""Altimeter bias: the estimate, its band, and what it truly is."""
 
 from __future__ import annotations
 
