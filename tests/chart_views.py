@@ -149,6 +149,7 @@ def model_tables(recording: Recording) -> dict[str, Table]:
         "time_s": np.repeat(recording.time_s, 2),
         "model": [name for name, _ in MODELS] * n,
         "probability": np.tile([share for _, share in MODELS], n),
+        "row": np.repeat(recording.row, 2),
     }
     return {"mode_probabilities": Table(columns)}
 

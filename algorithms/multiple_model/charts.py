@@ -6,5 +6,5 @@ PLAIN_CHARTS = (
     "plan", "height", "speed", "acceleration", "nis", "radial_error", "trials_up", "trials_velocity_up",
     "trials_stages",
 )  # fmt: skip
-MODELS_CHARTS = (*PLAIN_CHARTS, "mode_probabilities", "trials_modes")
+MODELS_CHARTS = (*PLAIN_CHARTS, "mode_probabilities", "leading_models", "trials_modes")
 """Charts of multiple-model tracking."""

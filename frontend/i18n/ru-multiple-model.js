@@ -42,6 +42,7 @@ export const words = {
   "Probability": "Вероятность",
   "Mean probability": "Средняя вероятность",
   "Vertical error of each stage against the first algorithm": "Ошибка по высоте на каждом этапе относительно первого алгоритма",
+  "Leading models": "Ведущие модели",
   "Stage": "Этап",
   "initial": "начало",
   "ballistic": "дуга",
