@@ -3,7 +3,8 @@
 Each radar's plots are joined to tracks, and each plot goes on along the straight line through it and its neighbours to
 the middle of its look. A position z with covariance R that goes on by v dt has the covariance
 R + dt (K + K') + dt^2 V, with V that of the velocity and K that of position and velocity: the line goes through this
-very plot. A plot whose track is no line stays where it is.
+very plot. A plot whose track is no line stays where it is; its R grows by dt^2 times the mean square of the velocities
+that are known, along each axis.
 
 References
 ----------
@@ -60,9 +61,11 @@ def brought_together(recording: PolarPlots, plots: Plots, radars: tuple[int, ...
         return Together(plots, (recording, plots), [note])
     ahead = np.full((len(recording), 5), np.nan)
     instant = _instants(recording, plots, radars)
+    squares: list[Floats] = []
     for radar in radars:
         lines = lines_of_plots(recording, plots, radar)
         own = np.isfinite(lines.velocity[:, 0])
+        squares.append(np.square(lines.velocity[own]).ravel())
         dt = (instant - recording.time_s)[own]
         cross = lines.with_place[own]
         spread = (
@@ -72,8 +75,14 @@ def brought_together(recording: PolarPlots, plots: Plots, radars: tuple[int, ...
         ahead[own, 2:] = np.stack([spread[:, 0, 0], spread[:, 1, 1], spread[:, 0, 1]], axis=1)
     known = np.isfinite(ahead[:, 0])
     compared = np.isin(plots.radar, radars) & plots.usable[:, 0]
-    staying = int((compared & ~known & (instant != recording.time_s)).sum())
+    left = compared & ~known & (instant != recording.time_s)
+    staying = int(left.sum())
     ahead = np.nan_to_num(ahead)
+    flown = np.concatenate(squares)
+    if flown.size:
+        # Nobody knows where these are by then: they may fly as the others do, in any direction.
+        spread = np.square(instant - recording.time_s)[left] * flown.mean()
+        ahead[left, 2] = ahead[left, 3] = spread
     notes = []
     if (compared & known).any():
         notes.append(
@@ -89,8 +98,8 @@ def brought_together(recording: PolarPlots, plots: Plots, radars: tuple[int, ...
             Note(
                 "not_simultaneous",
                 f"Plots of one look are up to {apart:.3g} s apart, and a moving target goes on meanwhile: 1 s at "
-                "250 m/s shifts a pair by 250 m. Plots whose track tells no velocity stay where they are: a track "
-                "takes four looks at least, and a straight flight.",
+                "250 m/s shifts a pair by 250 m. Plots whose track tells no velocity stay where they are, as uncertain "
+                "as the others' speeds make them: a track takes four looks at least, and a straight flight.",
                 staying,
             )
         )

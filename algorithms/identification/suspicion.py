@@ -208,6 +208,8 @@ def _few_looks(plots: Plots, first: int) -> tuple[Ints, Plots]:
         plots,
         range_m=plots.range_m[rows, :1],
         angle_rad=plots.angle_rad[rows, :1],
+        shift_m=None if plots.shift_m is None else plots.shift_m[rows],
+        ahead=None if plots.ahead is None else plots.ahead[rows],
         usable=plots.usable[rows, :1],
         bad=tuple(plots.bad[i] for i in rows),
         radar=plots.radar[rows],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -64,3 +65,27 @@ def test_false_plots_and_misses_have_instants_too() -> None:
     assert 0.1 < np.isnan(plots.range_m[plots.target < 6]).mean() < 0.3
     assert np.isfinite(plots.range_m[plots.target == 6]).all()
     assert np.isfinite(plots.time_s).all()
+
+
+def test_nameless_plots_with_misses_and_false_ones_find_each_other() -> None:
+    """Many have no track that tells a velocity: they are as uncertain as the others fly, and are found all the same.
+
+    The search for a disagreement of the radars looks at some of the plots that were moved.
+    """
+    plots = simulated(looks=20, targets=12, detection_probability=0.9, false_plots=3)
+    nameless = replace(plots, target=np.zeros(len(plots), np.int64), targets=("",))
+    algorithm = algorithms_by_name()["assignment"]
+    told = {"detection_probability": 0.9, "clutter_per_radar": 3.0, "region_area_m2": 1.6e9}
+    result = algorithm.run(nameless, algorithm.parameters(extrapolate=True, **told), LocalContext())
+    found = {m.metric: m.value for m in algorithm.measure(plots, result) if not m.target}
+    assert found["recall"] is not None
+    assert found["precision"] is not None
+    assert found["recall"] > 0.8
+    assert found["precision"] > 0.95
+
+
+def test_false_plots_with_names_run_through() -> None:
+    plots = simulated(targets=6, looks=20, detection_probability=0.8, false_plots=3)
+    algorithm = algorithms_by_name()["assignment"]
+    result = algorithm.run(plots, algorithm.parameters(extrapolate=True), LocalContext())
+    assert any(note.code == "moved_to_one_instant" for note in result.notes)
