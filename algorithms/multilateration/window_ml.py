@@ -19,6 +19,7 @@ Specification 6.3; more1978.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -32,11 +33,11 @@ from algorithms.multilateration.measures import measure
 from algorithms.multilateration.outputs import OUTPUTS
 from algorithms.multilateration.parameters import AltitudeParameters
 from algorithms.multilateration.tables import tabulate
+from algorithms.multilateration.window_rows import window_normal
 from algorithms.recording import ToaMarks
 from algorithms.result import Result
 from algorithms.scores import Scores
 from algorithms.spec import Algorithm, PartOfRun, Reference, RunContext, parameter
-from algorithms.toolbox.frames.earth import altitude_from_position, up_from_position
 from algorithms.toolbox.kernels.symmetric import pack
 from algorithms.toolbox.metrics.position_scores import score_positions
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
@@ -47,7 +48,7 @@ Bools = NDArray[np.bool_]
 # Weak belief about the derivatives, so that a window of one mark has a solution: m/s, m/s2.
 DERIVATIVE_SD = (lanes.START_VELOCITY_SD_MPS, lanes.START_ACCELERATION_SD_MPS2)
 STEPS = 8
-CONVERGED_M = 0.01
+CONVERGED_M = 0.1
 SHORTEST_S = 10.0
 PASSES = 0.999
 LARGEST_CONDITION = 1e14
@@ -216,12 +217,18 @@ def _fit(marks: _Marks, k: int, theta: Floats, parameters: WindowMlParameters, c
         fit = _minimise(part, theta, window, conditions)
         if parameters.manoeuvre == "keep":
             return fit
-        limit = chi2.ppf(PASSES, np.maximum(fit.dof, 1))
+        limit = np.array([_limit(max(int(dof), 1)) for dof in fit.dof])
         again = fit.sound & (fit.dof > 0) & (fit.cost > limit) & (window > SHORTEST_S)
         if not again.any():
             return fit
         window = np.where(again, np.maximum(window / 2, SHORTEST_S), window)
         theta[again] = start[again]
+
+
+@cache
+def _limit(dof: int) -> float:
+    """Cost that a straight flight exceeds with one minus `PASSES`."""
+    return float(chi2.ppf(PASSES, dof))
 
 
 def _minimise(part: _Marks, theta: Floats, window: Floats, conditions: Conditions) -> _Fit:
@@ -234,17 +241,16 @@ def _minimise(part: _Marks, theta: Floats, window: Floats, conditions: Condition
     for _ in range(STEPS):
         scaled = info * (1 + damping[:, None, None] * np.eye(n))
         step = _solved(scaled, grad)
+        moving &= np.linalg.norm(step[:, :: n // 3], axis=1) > CONVERGED_M
+        if not moving.any():
+            break
         trial = theta_now + np.where(moving[:, None], step, 0.0)
         new = _normal(part, trial, window, conditions)
         better = moving & (new[2] <= cost)
-        far = np.linalg.norm(step[:, :: n // 3], axis=1) > CONVERGED_M
         theta_now[better] = trial[better]
         for old, fresh in ((info, new[0]), (grad, new[1]), (cost, new[2])):
             old[better] = fresh[better]
         damping = np.where(better, damping / 10, damping * 100)
-        moving &= far
-        if not moving.any():
-            break
     size = np.maximum(np.sqrt(np.einsum("lii->li", info)), TINY)
     unit = info / (size[:, :, None] * size[:, None, :])
     sound = going & (np.linalg.cond(unit) < LARGEST_CONDITION)
@@ -266,34 +272,17 @@ def _normal(
     part: _Marks, theta: Floats, window: Floats, conditions: Conditions
 ) -> tuple[Floats, Floats, Floats, NDArray[np.int64]]:
     """Information (L, n, n), gradient (L, n), cost (L,), degrees of freedom (L,) of the window."""
-    n = theta.shape[1] // 3
-    f = np.stack([np.ones_like(part.time), part.time, 0.5 * part.time**2][:n], axis=1)
-    place = np.einsum("lan,jn->jal", theta.reshape(-1, 3, n), f)
-    inside = part.usable & (-part.time[:, None] <= window)
-    d = place[:, None] - conditions.stations[None, :, :, None]
-    r = np.maximum(np.linalg.norm(d, axis=2), 1.0)
-    u = d / r[:, :, None]
-    w = np.where(np.isfinite(part.toa) & inside[:, None], 1.0 / conditions.variance[None, :, None], 0.0)
-    total = np.maximum(w.sum(axis=1), 1e-30)
-    e = np.where(w > 0, part.toa - r, 0.0)
-    e = np.where(w > 0, e - ((w * e).sum(axis=1) / total)[:, None], 0.0)
-    u = u - (np.einsum("jsl,jsal->jal", w, u) / total[:, None])[:, None]
-    a = np.einsum("jsl,jsal,jsbl->jlab", w, u, u)
-    g = np.einsum("jsl,jsal,jsl->jla", w, u, e)
-    cost = np.einsum("jsl,jsl->l", w, e * e)
-    count = np.maximum((w > 0).sum(axis=1) - 1, 0).sum(axis=0)
-    known = np.isfinite(part.altitude) & inside
-    if known.any():
-        points = place.transpose(0, 2, 1)
-        weight = known / conditions.sigma_altitude_m**2
-        up = up_from_position(points, conditions.earth)
-        off = np.where(known, part.altitude - altitude_from_position(points, conditions.earth), 0.0)
-        a += weight[:, :, None, None] * up[..., :, None] * up[..., None, :]
-        g += (weight * off)[..., None] * up
-        cost += (weight * off * off).sum(axis=0)
-        count = count + known.sum(axis=0)
-    info = np.einsum("jlab,jm,jn->lambn", a, f, f).reshape(-1, 3 * n, 3 * n)
-    grad = np.einsum("jla,jm->lam", g, f).reshape(-1, 3 * n)
+    trials, size = theta.shape
+    n = size // 3
+    info, grad = np.empty((trials, size, size)), np.empty((trials, size))
+    cost, count = np.empty(trials), np.empty(trials, np.int64)
+    weight = 1.0 / conditions.variance
+    for trial in range(trials):
+        cost[trial], count[trial] = window_normal(
+            part.time, np.ascontiguousarray(part.toa[:, :, trial]), np.ascontiguousarray(part.altitude[:, trial]),
+            np.ascontiguousarray(part.usable[:, trial]), window[trial], theta[trial], conditions.stations, weight,
+            1.0 / conditions.sigma_altitude_m**2, conditions.earth, info[trial], grad[trial],
+        )  # fmt: skip
     for i in range(1, n):
         for axis in range(3):
             q = axis * n + i
