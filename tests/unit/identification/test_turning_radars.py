@@ -84,6 +84,7 @@ def test_nameless_plots_with_misses_and_false_ones_find_each_other() -> None:
     assert found["precision"] > 0.95
 
 
+@pytest.mark.slow
 def test_false_plots_with_names_run_through() -> None:
     plots = simulated(targets=6, looks=20, detection_probability=0.8, false_plots=3)
     algorithm = algorithms_by_name()["assignment"]
