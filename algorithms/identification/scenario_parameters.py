@@ -121,7 +121,7 @@ class TurningParameters(RadarScenario):
 
     radars: int = parameter(2, title="Radars", unit="1", group="stations", ge=2, le=4)
     """The third and fourth stand on the base turned by 60 and 120 degrees."""
-    rotation_s: float = parameter(10.0, title="Turn of the first radar", unit="s", group="timing", gt=0, le=1000)
+    rotation_s: float = parameter(10.0, title="Turn of the first radar", unit="s", group="timing", ge=0.1, le=1000)
     """How long a turn of its antenna takes; it begins anywhere."""
     rotation_step_s: float = parameter(
         1.3, title="Further radars turn slower by", unit="s", group="timing", ge=0, le=1000
