@@ -104,7 +104,9 @@ def test_every_chart_is_drawn_in_three_forms(api: httpx2.Client, results: str) -
         url = f"{results}/charts/{chart['name']}"
         figure = api.get(f"{url}.json")
         assert figure.json()["data"], chart
-        assert {t["meta"]["label"] for t in figure.json()["data"]} >= {"rdf", "rdfv 50 m"}, chart
+        # What the marks say of the receivers is the same for every entry.
+        labels = {None} if chart["name"] == "receiver_delays" else {"rdf", "rdfv 50 m"}
+        assert {t["meta"]["label"] for t in figure.json()["data"]} >= labels, chart
         etag = figure.headers["etag"]
         assert api.get(f"{url}.json", headers={"If-None-Match": etag}).status_code == 304
         rows = api.get(f"{url}.csv")
