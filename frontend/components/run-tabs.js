@@ -23,7 +23,7 @@ import { copyText } from "./toast-area.js";
 const SMALLER = /^((rms|median|p\d+|max)_.*|(?!accepted_|tracked_|inner_|middle_|outer_|manoeuvre_)\w+_share|probability_wrong|false_rejection|switches|false_tracks|ospa_m|gospa_.+)$/;
 const LARGER = new Set(["answered_share", "tracked_share", "purity", "join_recall", "join_precision", "probability_correct", "assignment_correct", "recall", "precision"]);
 // Tables whose rows are not of targets.
-const WHOLE = new Set(["receivers", "registration", "compared_tracks", "track_events", "gates"]);
+const WHOLE = new Set(["receivers", "receiver_delays", "emitters", "registration", "compared_tracks", "track_events", "gates"]);
 
 /**
  * Load a table, then draw it; loading and failure stand in its place.
