@@ -20,6 +20,8 @@ Kind = Literal["toa_marks", "polar_plots", "antenna_plots", "doppler_pairs"]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+CLUTTER = "clutter"
+"""Name of the target that false plots belong to where a recording says which are false."""
 # In an .npz file the arrays of true paths stand beside those of the rows, under this prefix.
 _TRACKS = "truth_tracks/"
 _TRACK_ARRAYS = ("time_s", "target", "position_m", "velocity_mps")

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from algorithms.plot_tracking.calibration import INNER, MIDDLE_ONE, OUTER, gate_classes
 from algorithms.plot_tracking.joined_tables import joined_metrics
 from algorithms.plot_tracking.outputs import LEFT_OUT, MANOEUVRE, NOT_DETECTED, SHARED
-from algorithms.plot_tracking.scenario import CLUTTER
 from algorithms.plot_tracking.scoring import FALSE_BELOW, manoeuvre_calls, manoeuvres, settled, switches, track_shares
 from algorithms.plot_tracking.truth import Matched, matched
-from algorithms.recording import PolarPlots
+from algorithms.recording import CLUTTER, PolarPlots
 from algorithms.result import Metric, Result
 
 Floats = NDArray[np.float64]

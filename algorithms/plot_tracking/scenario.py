@@ -29,7 +29,7 @@ from algorithms.plot_tracking.presets import (
     parallel_targets,
 )
 from algorithms.plot_tracking.scenario_parameters import AircraftScans, CrossingScans, ParallelScans, RadarScans
-from algorithms.recording import PolarPlots
+from algorithms.recording import CLUTTER, PolarPlots
 from algorithms.site import Site
 from algorithms.spec import Leg, Reference, Scenario, trial_stream
 from algorithms.toolbox.frames.earth import sphere
@@ -39,8 +39,6 @@ from algorithms.toolbox.scenario.timing import outside_gaps, regular_times
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-CLUTTER = "clutter"
-"""Name of the target of plots that come from no target."""
 # Purposes of the random streams; 0 belongs to the algorithm.
 NOISE, DETECTION, FALSE_COUNT, FALSE_PLACE = range(1, 5)
 MOST_ROWS = 400_000

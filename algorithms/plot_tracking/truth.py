@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.plot_tracking.scenario import CLUTTER
-from algorithms.recording import PolarPlots
+from algorithms.recording import CLUTTER, PolarPlots
 from algorithms.toolbox.association.sparse import most_pairs_at_least_cost
 from algorithms.toolbox.metrics.point_sets import SetDistance, set_distance
 

@@ -14,8 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from algorithms.plot_tracking.scenario import CLUTTER
-from algorithms.recording import Floats, Ints, PolarPlots
+from algorithms.recording import CLUTTER, Floats, Ints, PolarPlots
 from backend.files.report import Findings
 
 _TURN = 2 * np.pi

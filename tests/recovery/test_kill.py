@@ -49,6 +49,7 @@ def test_a_killed_server_goes_on_with_the_rest(tmp_path: Path) -> None:
     house.database.close()
 
 
+@pytest.mark.slow
 def test_killed_while_its_workers_start(tmp_path: Path) -> None:
     house = settle(tmp_path / "data")
     with server(house) as first:
@@ -62,6 +63,7 @@ def test_killed_while_its_workers_start(tmp_path: Path) -> None:
     house.database.close()
 
 
+@pytest.mark.slow
 def test_an_interrupt_reaches_no_worker_and_a_graceful_stop_leaves_none(tmp_path: Path) -> None:
     """Ctrl-C in a terminal: the workers neither die nor print; the server ends them."""
     house = settle(tmp_path / "data")
