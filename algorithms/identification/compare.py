@@ -111,6 +111,7 @@ def compare(recording: PolarPlots, parameters: PairParameters, context: RunConte
         | joined_pairs(pairs, lanes)
         | {
             "row": recording.row,
+            "instant_s": together.instant_s,
             "frame": plots.frame,
             "radar": plots.radar,
             "threshold": np.array([threshold]),

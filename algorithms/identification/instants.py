@@ -38,11 +38,13 @@ class Together:
     Attributes
     ----------
     plots : with `ahead` where plots were moved
+    instant_s : (M,) when the plots are compared: the middle of the look, or their own time where nothing was moved
     at_instants : recording and plots as the agreement of the radars is judged: moved plots, at the time they have now
     notes : how far apart plots were, and how many stayed where they are
     """
 
     plots: Plots
+    instant_s: Floats
     at_instants: tuple[PolarPlots, Plots]
     notes: list[Note]
 
@@ -51,14 +53,14 @@ def brought_together(recording: PolarPlots, plots: Plots, radars: tuple[int, ...
     """Move the plots of some radars to the middle of their looks."""
     apart = _largest_delay(recording, plots, radars)
     if not apart > 0:
-        return Together(plots, (recording, plots), [])
+        return Together(plots, recording.time_s, (recording, plots), [])
     if not extrapolate or plots.lanes > 1:
         note = Note(
             "not_simultaneous",
             f"Plots of one look are up to {apart:.3g} s apart, and a moving target goes on meanwhile: 1 s at 250 m/s "
             "shifts a pair by 250 m. Nothing was moved; extrapolate does it.",
         )
-        return Together(plots, (recording, plots), [note])
+        return Together(plots, recording.time_s, (recording, plots), [note])
     ahead = np.full((len(recording), 5), np.nan)
     instant = _instants(recording, plots, radars)
     squares: list[Floats] = []
@@ -105,7 +107,7 @@ def brought_together(recording: PolarPlots, plots: Plots, radars: tuple[int, ...
         )
     moved = replace(plots, ahead=ahead)
     now = replace(recording, time_s=np.where(known, instant, recording.time_s))
-    return Together(moved, (now, replace(plots, shift_m=ahead[:, :2])), notes)
+    return Together(moved, instant, (now, replace(plots, shift_m=ahead[:, :2])), notes)
 
 
 def _instants(recording: PolarPlots, plots: Plots, radars: tuple[int, ...]) -> Floats:
@@ -134,3 +136,22 @@ def _largest_delay(recording: PolarPlots, plots: Plots, radars: tuple[int, ...])
             for b in each[:k]:
                 largest = max(largest, float(max(a.max() - b.min(), b.max() - a.min())))
     return largest
+
+
+def truth_at(recording: PolarPlots, instant_s: Floats) -> Floats:
+    """(M, 2) east and north of each plot's target at another instant than the plot's own; NaN where nobody knows.
+
+    It goes on from the plot by its true velocity; without one along the straight line between the true places of the
+    plots of a named target.
+    """
+    later = (instant_s - recording.time_s)[:, None]
+    place = recording.truth_m[:, :2] + np.where(later == 0, 0.0, later * recording.truth_velocity_mps[:, :2])
+    for number, name in enumerate(recording.targets):
+        rows = np.flatnonzero((recording.target == number) & np.isfinite(recording.truth_m[:, :2]).all(axis=1))
+        wanted = rows[np.isnan(place[rows]).any(axis=1)]
+        if name and wanted.size:
+            time, first = np.unique(recording.time_s[rows], return_index=True)
+            for axis in range(2):
+                along = recording.truth_m[rows[first], axis]
+                place[wanted, axis] = np.interp(instant_s[wanted], time, along, left=np.nan, right=np.nan)
+    return place

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from algorithms.identification.instants import truth_at
 from algorithms.identification.outputs import ACCEPTED, MISSING, NOT_COMPARED, SEVERAL, UNDECIDED, UNUSABLE
 from algorithms.identification.scenario import CLUTTER
 from algorithms.recording import PolarPlots
@@ -65,7 +66,7 @@ def _errors(recording: PolarPlots, result: Result) -> list[Metric]:
         return []
     a = result.arrays
     anchors = a["group"] == a["row"][:, None]
-    error = a["fused_m"] - recording.truth_m[:, :2, None]
+    error = a["fused_m"] - truth_at(recording, a["instant_s"])[:, :, None]
     squared = (error * error).sum(axis=1)
     keep = anchors & np.isfinite(squared)
     n = int(keep.sum())

@@ -161,6 +161,7 @@ def run(recording: PolarPlots, parameters: MultiRadarParameters, context: RunCon
         | joined_pairs(pairs, plots.lanes)
         | {
             "row": recording.row,
+            "instant_s": together.instant_s,
             "frame": plots.frame,
             "radar": plots.radar,
             "threshold": np.array([threshold]),
@@ -198,7 +199,7 @@ def _take(
         filled.statistic[own, lane] = packed.statistic[t]
         if accepted[t]:
             filled.group[own, lane] = recording.row[own[0]]
-            filled.fused[own, :, lane] = packed.place[t] - _gone_on(plots, own)[:, :, 0]
+            filled.fused[own, :, lane] = packed.place[t]
             filled.covariance[own, :, lane] = packed.covariance[t]
         elif tied[t]:
             filled.reason[own, lane] = TIED

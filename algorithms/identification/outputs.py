@@ -66,6 +66,12 @@ PLOT_OUTPUTS = (
     Output("statistic", ("mark", "trial"), "1", "squared normalised distance to the most likely partner"),
     Output("position_m", ("mark", "axis", "trial"), "m", "east and north of the plot by itself"),
     Output("fused_m", ("mark", "axis", "trial"), "m", "east and north from all plots of the target; NaN = none"),
+    Output(
+        "instant_s",
+        ("mark",),
+        "s",
+        "when the target is at the fused position",
+    ),
     Output("fused_covariance_m2", ("mark", "element", "trial"), "m2", "east-east, north-north, east-north"),
     Output("pair_row", ("pair", "side"), "", "rows of the two plots"),
     Output("pair_frame", ("pair",), "", "look"),

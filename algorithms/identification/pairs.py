@@ -173,7 +173,7 @@ def _as_seen(side: Side, chosen: tuple[Any, ...]) -> tuple[Floats, Floats, Float
 def fused(first: Side, second: Side, conversion: PlotConversion, i: NDArray[np.int64]) -> tuple[Floats, Floats]:
     """Places (n, 2, L) and covariances xx, yy, xy (n, 3, L) from each plot and its partner i (n, L), -1 = none.
 
-    A place is that at the instant of the first side's plot; its covariance that at the instant of the look.
+    Where plots go on to the instant of their look, both are those at that instant.
     """
     chosen = _partners(second, i)
     place, covariance = mean_of(points_of(first, conversion), points_of(chosen, conversion))
@@ -185,8 +185,6 @@ def fused(first: Side, second: Side, conversion: PlotConversion, i: NDArray[np.i
                 place[:, axis][both] = found.point[:, axis]
             for k, (row, column) in enumerate(((0, 0), (1, 1), (0, 1))):
                 covariance[:, k][both] = found.covariance[:, row, column]
-    if first.ahead is not None:
-        place = place - np.stack([first.ahead.x, first.ahead.y], axis=1)
     return place, covariance
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from algorithms.identification.instants import truth_at
 from algorithms.identification.measures import dof_of
 from algorithms.identification.outputs import (
     ACCEPTED,
@@ -63,7 +64,7 @@ def _states(recording: PolarPlots, result: Result) -> Table:
         {
             "trial": trial_column(trial, a["group"].shape[1]),
             "track": np.full(mark.size, np.nan),
-            "time_s": recording.time_s[mark],
+            "time_s": a["instant_s"][mark],
             "east_m": a["fused_m"][mark, 0, trial],
             "north_m": a["fused_m"][mark, 1, trial],
             "up_m": np.full(mark.size, np.nan),
@@ -149,7 +150,7 @@ def _decisions(recording: PolarPlots, result: Result) -> Table:
 def _errors(recording: PolarPlots, result: Result) -> Table:
     a = result.arrays
     mark, trial = _one_of_each_group(result)
-    error = a["fused_m"][mark, :, trial].reshape(-1, 2) - recording.truth_m[mark, :2]
+    error = a["fused_m"][mark, :, trial].reshape(-1, 2) - truth_at(recording, a["instant_s"])[mark]
     keep = np.flatnonzero(np.isfinite(error).all(axis=1))
     none = np.full(keep.size, np.nan)
     return Table(
@@ -157,7 +158,7 @@ def _errors(recording: PolarPlots, result: Result) -> Table:
             "trial": trial_column(trial, a["group"].shape[1])[keep],
             "track": none,
             "target": [recording.targets[i] or None for i in recording.target[mark[keep]]],
-            "time_s": recording.time_s[mark[keep]],
+            "time_s": a["instant_s"][mark[keep]],
             "error_east_m": error[keep, 0],
             "error_north_m": error[keep, 1],
             "error_up_m": none,

@@ -94,6 +94,7 @@ def run(recording: PolarPlots, parameters: TrackAssociationParameters, context: 
         | joined_pairs([pairs], plots.lanes)
         | {
             "row": recording.row,
+            "instant_s": recording.time_s,
             "frame": plots.frame,
             "radar": plots.radar,
             "track": number,

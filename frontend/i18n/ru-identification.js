@@ -26,6 +26,7 @@ export const words = {
   "of the most likely partner, or of having none; NaN = not computed": "наиболее вероятной пары или отсутствия пары; NaN – не вычислялась",
   "squared normalised distance to the most likely partner": "квадрат нормированного расстояния до наиболее вероятной пары",
   "east and north of the plot by itself": "восток и север по самой отметке",
+  "when the target is at the fused position": "когда цель находится в объединённом положении",
   "east and north from all plots of the target; NaN = none": "восток и север по всем отметкам цели; NaN – нет",
   "east-east, north-north, east-north": "восток-восток, север-север, восток-север",
   "rows of the two plots": "строки двух отметок",

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from algorithms.errors import AlgorithmError
+from algorithms.identification.instants import truth_at
 from algorithms.identification.velocities import lines
 from algorithms.recording import PolarPlots
 from algorithms.result import Result
@@ -48,6 +49,7 @@ def turning(*, looks: int = 20, radars: int = 2, late_s: float = 0.0, seed: int 
         range_m=(np.hypot(*offset.T) + 100 * noise[0])[:, None],
         azimuth_rad=np.mod(azimuth + np.radians(1.0) * noise[1], 2 * np.pi)[:, None],
         truth_m=truth,
+        truth_velocity_mps=np.hstack([velocity[plots.target], np.zeros((len(plots), 1))]),
         target=np.zeros(len(plots), np.int64),
         targets=("",),
     ).take(order)
@@ -67,7 +69,7 @@ def judged(plots: PolarPlots, target: Floats, result: Result) -> Judged:
     group = result.arrays["group"][:, 0]
     first = np.flatnonzero(group == plots.row)
     one = np.array([np.unique(target[group == number]).size == 1 for number in group[first]])
-    error = (result.arrays["fused_m"][first, :, 0] - plots.truth_m[first, :2])[one]
+    error = (result.arrays["fused_m"][first, :, 0] - truth_at(plots, result.arrays["instant_s"])[first])[one]
     xx, yy, xy = result.arrays["fused_covariance_m2"][first, :, 0][one].T
     nees = (yy * error[:, 0] ** 2 + xx * error[:, 1] ** 2 - 2 * xy * error[:, 0] * error[:, 1]) / (xx * yy - xy * xy)
     return Judged(int(one.sum()), int((~one).sum()), float(nees.mean()))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from algorithms.identification.instants import truth_at
 from algorithms.recording import PolarPlots
 from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.spec import LocalContext
@@ -90,3 +91,36 @@ def test_false_plots_with_names_run_through() -> None:
     algorithm = algorithms_by_name()["assignment"]
     result = algorithm.run(plots, algorithm.parameters(extrapolate=True), LocalContext())
     assert any(note.code == "moved_to_one_instant" for note in result.notes)
+
+
+@pytest.mark.parametrize("name", ["assignment", "pairwise_test"])
+def test_fused_positions_are_as_uncertain_as_they_say(name: str) -> None:
+    """Also where the plot that gives a set its number has no track that tells a velocity."""
+    plots = simulated(looks=20, targets=12, detection_probability=0.9, false_plots=3)
+    nameless = replace(plots, target=np.zeros(len(plots), np.int64), targets=("",))
+    algorithm = algorithms_by_name()[name]
+    result = algorithm.run(nameless, algorithm.parameters(extrapolate=True), LocalContext())
+    group = result.arrays["group"][:, 0]
+    first = np.flatnonzero(group == plots.row)
+    one = [np.unique(plots.target[group == number]).size == 1 for number in group[first]]
+    first = first[np.array(one) & (plots.target[first] < 12)]
+    assert first.size > 100
+    error = result.arrays["fused_m"][first, :, 0] - truth_at(plots, result.arrays["instant_s"])[first]
+    xx, yy, xy = result.arrays["fused_covariance_m2"][first, :, 0].T
+    nees = (yy * error[:, 0] ** 2 - 2 * xy * error[:, 0] * error[:, 1] + xx * error[:, 1] ** 2) / (xx * yy - xy * xy)
+    assert 1.0 < nees.mean() < 3.0
+    states = algorithm.tabulate(nameless, result)["states"]
+    np.testing.assert_array_equal(states.columns["time_s"], result.arrays["instant_s"][group == plots.row])
+
+
+def test_where_a_target_is_at_another_instant() -> None:
+    plots = simulated()
+    exact = plots.truth_m[:, :2] + 3.0 * plots.truth_velocity_mps[:, :2]
+    np.testing.assert_allclose(truth_at(plots, plots.time_s + 3.0), exact)
+    without = replace(plots, truth_velocity_mps=np.full_like(plots.truth_velocity_mps, np.nan))
+    np.testing.assert_array_equal(truth_at(without, plots.time_s), plots.truth_m[:, :2])
+    between = truth_at(without, plots.time_s + 3.0)
+    known = np.isfinite(between).all(axis=1)
+    # Behind the last plot of a target nobody knows.
+    assert 0 < (~known).sum() < 2 * 6 * 2
+    np.testing.assert_allclose(between[known], exact[known], atol=1e-3)
