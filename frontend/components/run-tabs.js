@@ -290,6 +290,9 @@ function plainColumns(rows) {
   });
 }
 
+/** A choice is the name that scripts use, as the parameter's own is. @param {any} value */
+const used = (value) => typeof value === "string" ? h("code", null, value) : formatExact(value);
+
 /** @param {Run} run */
 export function parametersTab(run) {
   return h("div", { class: "stack", style: "padding: 12px" }, run.algorithms.map((entry, i) => {
@@ -305,7 +308,7 @@ export function parametersTab(run) {
         h("thead", null, h("tr", null, h("th", { scope: "col" }, t("algorithms.parameter")), h("th", { scope: "col", class: "number" }, t("parameters.used")), h("th", { scope: "col" }, t("parameters.source")))),
         h("tbody", null, settings.map(([name, setting]) => h("tr", null,
           h("th", { scope: "row" }, h("code", null, name)),
-          h("td", { class: "number" }, setting.source === "run" ? h("b", null, formatExact(setting.value)) : formatExact(setting.value)),
+          h("td", { class: "number" }, setting.source === "run" ? h("b", null, used(setting.value)) : used(setting.value)),
           h("td", null, told(`source.${setting.source}`, setting.source)))))))
         : h("pre", null, JSON.stringify(entry.parameters ?? {}, null, 1)));
   }));

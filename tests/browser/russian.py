@@ -11,7 +11,8 @@ from playwright.sync_api import Page
 _NAMES = (
     "Filter Room|CSV|JSON|HTML|PNG|SVG|SHA|UTC|WGS|API|curl|Python|LocaRDS|Parquet|MATLAB|NIS|NEES|DOI|HDF|"
     "PARQUET|MAT|NPZ|GEOJSON|NumPy|ASTERIX|KML|GeoJSON|"
-    "rdfv?|RDFV?|DRMS|GDOP|Ctrl|Shift|Enter|Esc|MIT|Windows|white|paper|robust|article|sphere|wgs84|auto|given|truth|nis|nees|none|info"
+    "rdfv?|RDFV?|DRMS|GDOP|Ctrl|Shift|Enter|Esc|MIT|Windows|white|paper|robust|article|sphere|wgs84|auto|given|truth|nis|nees|none|info|"
+    "unused|held|corrected"
 )
 _KNOWN = re.compile(rf"\b(?:{_NAMES})\b|\S*[_.\d{{}}]\S*")
 _WORD = re.compile(r"[A-Za-z]{3,}")
