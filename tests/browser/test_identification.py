@@ -75,6 +75,11 @@ def test_the_paper_s_table_stands_beside_the_printed_one(visit: Callable[..., Vi
     expect(panel).to_contain_text("0.342 / 0.008 / 0.650")
     expect(panel).to_contain_text("is a hypothesis")
     expect(panel.locator("tbody tr")).to_have_count(6)
+    # The longest name of a metric is longer than a telephone is wide.
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.get_by_role("tab", name="Metrics", exact=True).click()
+    expect(panel.get_by_role("combobox").first).to_be_visible()
+    page.wait_for_function("document.documentElement.scrollWidth <= 390")
     visited.assert_clean()
 
 
