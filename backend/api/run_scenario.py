@@ -83,6 +83,7 @@ def checked_scenario(request: RunIn, entries: Sequence[Entry]) -> tuple[Scenario
         "sweep": sweep or None,
         "instants": instants,
         "batches_per_task": batches,
+        "even_tasks": True,
         "keep_every": keep_every,
         "legs": [[leg.name, leg.start_s, leg.stop_s] for leg in preset.legs(_conditions(preset, plan.cells[0]))],
     }

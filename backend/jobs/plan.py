@@ -8,12 +8,12 @@ combination of its own); one cell's variants see the same draws. The result name
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import prod
 from typing import Any
 
-from algorithms.toolbox.monte_carlo.batches import tasks
+from algorithms.toolbox.monte_carlo.batches import BATCH, tasks
 from backend.db.runs import Entry, Run
 
 SCENARIO = "scenario"
@@ -105,7 +105,7 @@ def plan_of(run: Run) -> Plan:
     """Return the plan of a stored run."""
     if SCENARIO not in run.source:
         return RecordingPlan(tuple(entry.label for entry in run.algorithms))
-    return trials_plan(
+    plan = trials_plan(
         run.source[SCENARIO],
         run.algorithms,
         run.source.get("sweep") or {},
@@ -113,6 +113,11 @@ def plan_of(run: Run) -> Plan:
         batches_per_task=run.source["batches_per_task"],
         keep_every=run.source["keep_every"],
     )
+    if run.source.get("even_tasks"):
+        return plan
+    # Queued by an earlier version, whose last task was shorter: an unfinished run goes on with the same blocks.
+    step = BATCH * run.source["batches_per_task"]
+    return replace(plan, tasks=tuple((k, min(k + step, run.trials)) for k in range(0, run.trials, step)))
 
 
 def trials_plan(

@@ -7,6 +7,7 @@ numbers of batches, so the result does not depend, in any bit, on how many batch
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 # Two blocks of the kernels' sixteen lanes: short enough that two workers share a short run evenly.
 BATCH = 32
@@ -36,10 +37,15 @@ def batches_per_task(trials: int, instants: int, algorithms: int, cells: int = 1
     return max(1, min(round(task_s / batch_s), whole))
 
 
-def tasks(trials: int, batches: int) -> list[tuple[int, int]]:
-    """Return the trials first <= i < stop of every task of so many batches."""
-    step = batches * BATCH
-    return [(first, min(first + step, trials)) for first in range(0, trials, step)]
+def tasks(trials: int, most: int) -> list[tuple[int, int]]:
+    """Return the trials first <= i < stop of every task of at most so many batches, which differ by one at most.
+
+    A last task that is shorter than the others would leave a worker without work.
+    """
+    whole = math.ceil(trials / BATCH)
+    count = math.ceil(whole / most)
+    ends = [BATCH * (whole * k // count) for k in range(count + 1)]
+    return [(first, min(stop, trials)) for first, stop in pairwise(ends)]
 
 
 def batches(first: int, stop: int) -> list[tuple[int, int]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -209,7 +210,8 @@ def test_quantiles_of_nothing() -> None:
 
 
 def test_tasks_are_whole_batches_of_half_a_second_or_an_eighth_of_a_short_run() -> None:
-    assert tasks(300, 4) == [(0, 128), (128, 256), (256, 300)]
+    assert tasks(300, 4) == [(0, 96), (96, 192), (192, 300)]
+    assert {math.ceil((stop - first) / BATCH) for first, stop in tasks(10_000, 16)} == {15, 16}
     assert batches_per_task(100_000, 1_900, 2) == 8
     assert batches_per_task(1_000, 1_900, 1) == 4
     assert batches_per_task(1_000, 1_900, 1, cells=4) == 16
