@@ -2,10 +2,10 @@
 
 numba's own cache does not notice an edited *callee*: a cached caller goes on with the old one. The key of a source file
 is therefore a hash of itself and of every kernel source that it imports, at first or second hand; of the versions of
-Python, numba, llvmlite and numpy, and of the CPU. An edit compiles again what it can reach, and no other family. Where
-the sources lie does not matter: checkouts and installations of the same sources share their kernels. The folders lie
-in the user's cache folder (`FILTERROOM_KERNEL_CACHE`, default `$XDG_CACHE_HOME/filterroom`), shared by server, command
-line and tests.
+numba, llvmlite and numpy, and of the CPU (numba itself tells Python 3.11 from 3.12). An edit compiles again what it can
+reach, and no other family. Where the sources lie does not matter: checkouts and installations of the same sources share
+their kernels. The folders lie in the user's cache folder (`FILTERROOM_KERNEL_CACHE`, default
+`$XDG_CACHE_HOME/filterroom`), shared by server, command line and tests.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import ast
 import fcntl
 import hashlib
 import os
-import platform
 from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import version
@@ -107,9 +106,8 @@ def _surroundings() -> bytes:
 
     cpu = os.environ.get("NUMBA_CPU_NAME") or llvm.get_host_cpu_name()
     features = os.environ.get("NUMBA_CPU_FEATURES") or llvm.get_host_cpu_features().flatten()
-    python = platform.python_version()
     versions = [f"{package}={version(package)}" for package in ("numba", "llvmlite", "numpy")]
-    return "\0".join([python, *versions, cpu, features]).encode()
+    return "\0".join([*versions, cpu, features]).encode()
 
 
 def _defines_kernels(path: Path) -> bool:
