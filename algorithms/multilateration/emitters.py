@@ -7,8 +7,8 @@ a pile begins a track as soon as the filter can start one from it: from one comp
 (specification 5, step 3). A track that gathers no more than five marks was none: its marks belong to nobody. Every
 decision is kept.
 
-The life of a track is that of plots (`algorithms.toolbox.tracks.life_cycle`): tentative, confirmed with its sixth
-mark, dropped a minute after its last.
+A track is tentative, confirmed with its sixth mark, and dropped a minute after its last: the stages are those of plots
+(`algorithms.toolbox.tracks.life_cycle`), but that counts scans, and marks come one by one.
 
 References
 ----------

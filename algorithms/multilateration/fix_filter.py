@@ -22,13 +22,13 @@ from algorithms.multilateration.fixes import solve_recording
 from algorithms.multilateration.measures import measure
 from algorithms.multilateration.outputs import OUTPUTS, position_part
 from algorithms.multilateration.parameters import AltitudeParameters
+from algorithms.multilateration.scoring import score_marks
 from algorithms.multilateration.tables import tabulate
 from algorithms.recording import ToaMarks
 from algorithms.result import Result
 from algorithms.scores import Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 from algorithms.toolbox.kernels.symmetric import pack, unpack
-from algorithms.toolbox.metrics.position_scores import score_positions
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE, jerk_matrices
 
 Floats = NDArray[np.float64]
@@ -105,17 +105,8 @@ def run(recording: ToaMarks, parameters: FixFilterParameters, context: RunContex
 def score(recording: ToaMarks, parameters: FixFilterParameters, context: RunContext) -> Scores:
     """Filter the fixes of simulated marks and score the tracks against the truth."""
     arrays = run(recording, parameters, context).arrays
-    return score_positions(
-        time_s=recording.time_s,
-        target=recording.target,
-        targets=recording.targets,
-        truth_m=recording.truth_m,
-        truth_velocity_mps=recording.truth_velocity_mps,
-        state=arrays["state"],
-        covariance=position_part(arrays["covariance"]),
-        nis=arrays["nis"],
-        dof=arrays["dof"],
-    )
+    covariance = position_part(arrays["covariance"])
+    return score_marks(recording, arrays["state"], covariance, arrays["nis"], arrays["dof"])
 
 
 def _filter(

@@ -20,13 +20,13 @@ from algorithms.multilateration.fixes import solve_recording
 from algorithms.multilateration.measures import measure
 from algorithms.multilateration.outputs import OUTPUTS
 from algorithms.multilateration.parameters import AltitudeParameters
+from algorithms.multilateration.scoring import score_marks
 from algorithms.multilateration.tables import tabulate
 from algorithms.recording import ToaMarks
 from algorithms.result import Output, Result, Table
 from algorithms.scores import Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
 from algorithms.texts import Texts
-from algorithms.toolbox.metrics.position_scores import score_positions
 
 
 class SingleMarkParameters(AltitudeParameters):
@@ -61,17 +61,7 @@ def run(recording: ToaMarks, parameters: SingleMarkParameters, context: RunConte
 def score(recording: ToaMarks, parameters: SingleMarkParameters, context: RunContext) -> Scores:
     """Solve simulated marks and score them against the truth; an ambiguous mark has no estimate."""
     arrays = run(recording, parameters, context).arrays
-    return score_positions(
-        time_s=recording.time_s,
-        target=recording.target,
-        targets=recording.targets,
-        truth_m=recording.truth_m,
-        truth_velocity_mps=recording.truth_velocity_mps,
-        state=arrays["state"],
-        covariance=arrays["covariance"],
-        nis=arrays["nis"],
-        dof=arrays["dof"],
-    )
+    return score_marks(recording, arrays["state"], arrays["covariance"], arrays["nis"], arrays["dof"])
 
 
 def _tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:

@@ -19,6 +19,7 @@ from algorithms.multilateration.joint_update import PRINTED_GRADIENT, PRINTED_SI
 from algorithms.multilateration.lanes import Report, Setup, Track
 from algorithms.multilateration.outputs import position_part
 from algorithms.multilateration.parameters import FilterParameters, MarkParameters, MissingAltitudeParameters, Start
+from algorithms.multilateration.scoring import score_marks
 from algorithms.multilateration.separated import of_one_emitter, run_separated
 from algorithms.multilateration.smoothing import check_size, smooth_report
 from algorithms.recording import ToaMarks
@@ -26,7 +27,6 @@ from algorithms.result import Note, Result, Setting
 from algorithms.scores import Scores
 from algorithms.spec import RunContext
 from algorithms.toolbox.kernels.symmetric import pack
-from algorithms.toolbox.metrics.position_scores import score_positions
 from algorithms.toolbox.motion.jerk import PROCESS_NOISE
 
 Floats = NDArray[np.float64]
@@ -111,18 +111,9 @@ def score_filter(
     report, _, _, _ = _filtered(
         recording, parameters, context, altitude=altitude, lean=True, models=models, emission_sd_m=emission_sd_m
     )
-    return score_positions(
-        time_s=recording.time_s,
-        target=recording.target,
-        targets=recording.targets,
-        truth_m=recording.truth_m,
-        truth_velocity_mps=recording.truth_velocity_mps,
-        state=report.state,
-        covariance=position_part(report.covariance),
-        # A mark whose noise was scaled up is a decision; one late reception would drown the mean.
-        nis=np.where(report.status == lanes.DOWNWEIGHTED, np.nan, report.nis),
-        dof=report.dof,
-    )
+    # A mark whose noise was scaled up is a decision; one late reception would drown the mean.
+    nis = np.where(report.status == lanes.DOWNWEIGHTED, np.nan, report.nis)
+    return score_marks(recording, report.state, position_part(report.covariance), nis, report.dof)
 
 
 def _filtered(

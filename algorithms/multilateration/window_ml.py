@@ -32,6 +32,7 @@ from algorithms.multilateration.fixes import solve_recording
 from algorithms.multilateration.measures import measure
 from algorithms.multilateration.outputs import OUTPUTS
 from algorithms.multilateration.parameters import AltitudeParameters
+from algorithms.multilateration.scoring import score_marks
 from algorithms.multilateration.tables import tabulate
 from algorithms.multilateration.window_rows import window_normal
 from algorithms.recording import ToaMarks
@@ -39,7 +40,6 @@ from algorithms.result import Result
 from algorithms.scores import Scores
 from algorithms.spec import Algorithm, PartOfRun, Reference, RunContext, parameter
 from algorithms.toolbox.kernels.symmetric import pack
-from algorithms.toolbox.metrics.position_scores import score_positions
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 
 Floats = NDArray[np.float64]
@@ -136,17 +136,7 @@ def run(recording: ToaMarks, parameters: WindowMlParameters, context: RunContext
 def score(recording: ToaMarks, parameters: WindowMlParameters, context: RunContext) -> Scores:
     """Fit simulated marks and score the tracks against the truth."""
     arrays = run(recording, parameters, context).arrays
-    return score_positions(
-        time_s=recording.time_s,
-        target=recording.target,
-        targets=recording.targets,
-        truth_m=recording.truth_m,
-        truth_velocity_mps=recording.truth_velocity_mps,
-        state=arrays["state"],
-        covariance=arrays["covariance"],
-        nis=arrays["nis"],
-        dof=arrays["dof"],
-    )
+    return score_marks(recording, arrays["state"], arrays["covariance"], arrays["nis"], arrays["dof"])
 
 
 def _track(
