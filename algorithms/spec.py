@@ -172,6 +172,9 @@ class Algorithm:
     bound: Callable[[Any, Any], Floats | None] | None = None
     """(simulated recording, parameters) -> (T,) m, lower bound of the rms horizontal error at each instant of `score`;
     None = none."""
+    check: Callable[[Any, Callable[[], Recording]], None] | None = None
+    """(parameters, how to get the recording) -> InputError where the two cannot go together, before a run is queued;
+    the recording is got only where parameters leave it open. None = parameters alone decide."""
 
 
 @dataclass(frozen=True)

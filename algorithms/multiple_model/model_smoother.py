@@ -29,7 +29,7 @@ from algorithms.multiple_model.bound import horizontal_bound
 from algorithms.multiple_model.charts import MODELS_CHARTS
 from algorithms.multiple_model.measurements import Plots
 from algorithms.multiple_model.measures import measure
-from algorithms.multiple_model.multiple_model import MultipleModelParameters, models_of
+from algorithms.multiple_model.multiple_model import MultipleModelParameters, check, models_of
 from algorithms.multiple_model.outputs import OUTPUTS
 from algorithms.multiple_model.parameters import NOISE_FORMS, RULES, ModelChoice
 from algorithms.multiple_model.tables import tabulate
@@ -171,4 +171,5 @@ ALGORITHM = Algorithm(
     measure=measure,
     score=score,
     bound=bound,
+    check=check,
 )

@@ -10,6 +10,7 @@ with matrices of their own and powers of the matrix that are not whole are not i
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal, Self
 
 from pydantic import model_validator
@@ -22,7 +23,8 @@ from algorithms.multiple_model.measures import measure
 from algorithms.multiple_model.outputs import OUTPUTS
 from algorithms.multiple_model.parameters import MergingParameters, ModelChoice, Region
 from algorithms.multiple_model.tables import tabulate
-from algorithms.multiple_model.tracker import ModelSet, bank_of
+from algorithms.multiple_model.tracker import ModelSet, bank_of, check_intervals
+from algorithms.recording import Recording
 from algorithms.result import Result
 from algorithms.scores import Floats, Scores
 from algorithms.spec import Algorithm, Reference, RunContext, parameter
@@ -116,6 +118,12 @@ def score(recording: Plots, parameters: MultipleModelParameters, context: RunCon
     return score_models(recording, parameters, models_of(parameters), context)
 
 
+def check(parameters: MultipleModelParameters, get: Callable[[], Recording]) -> None:
+    """Refuse a transition matrix that has no power for the recording's intervals; our own ones have all."""
+    if {"transition", "regions"} & parameters.model_fields_set:
+        check_intervals(get(), bank_of(models_of(parameters), parameters))
+
+
 def bound(recording: Plots, parameters: MultipleModelParameters) -> Floats | None:
     """Posterior Cramer-Rao bound of the rms horizontal error, the manoeuvre known."""
     return horizontal_bound(recording, parameters)
@@ -137,4 +145,5 @@ ALGORITHM = Algorithm(
     measure=measure,
     score=score,
     bound=bound,
+    check=check,
 )

@@ -13,7 +13,9 @@ from algorithms.multiple_model import states
 from algorithms.multiple_model.filter_kernel import filter_groups
 from algorithms.multiple_model.measurements import Plots, Prepared, groups_of, prepare
 from algorithms.multiple_model.parameters import MotionParameters, Region, check_rule
+from algorithms.multiple_model.soundness import drop_lost, indefinite
 from algorithms.multiple_model.states import Report, Setup
+from algorithms.recording import Recording
 from algorithms.result import Note, Setting
 from algorithms.spec import RunContext
 from algorithms.toolbox.association.gate import gate_threshold
@@ -141,7 +143,7 @@ def run_bank(
     out = Filtered(whole, prepared, dict(prepared.settings), list(prepared.notes))
     nearest = _nearest(recording, parameters, prepared)
     out.settings |= _settings(parameters, nearest=nearest)
-    clip = _check_intervals(recording, bank)
+    clip = check_intervals(recording, bank)
     done, total = 0, max(len(recording) * trials, 1)
     context.check_cancelled()
     context.progress(0.0)
@@ -172,7 +174,9 @@ def run_bank(
                     ours[chosen_rows, ..., part] = theirs
             offset[part] = np.maximum(offset[part], report.track.max(axis=0, initial=0))
             clip = max(clip, float(state.clip[0]))
-    _drop_lost(out)
+    out.notes += drop_lost(whole)
+    if not lean:
+        out.notes += indefinite(whole)
     _add_notes(out, parameters, clip)
     context.progress(1.0)
     return out
@@ -198,8 +202,14 @@ def _settings(parameters: MotionParameters, *, nearest: bool) -> dict[str, Setti
     return out
 
 
-def _check_intervals(recording: Plots, bank: Bank) -> float:
-    """Refuse a transition matrix that has no power for the recording's intervals, before anything is filtered."""
+def check_intervals(recording: Recording, bank: Bank) -> float:
+    """Return the largest clip of the powers that a recording's intervals need, before anything is filtered.
+
+    Raises
+    ------
+    ParameterError
+        A transition matrix has no power for one of them.
+    """
     found = [np.diff(np.unique(recording.time_s[recording.rows_of(t)])) for t in range(len(recording.targets))]
     intervals = np.concatenate(found) if found else np.empty(0)
     return check_times(bank.chains, intervals[intervals > 0])
@@ -234,20 +244,6 @@ def _setup(
         first_corner=ends,
         heights=np.array([(r.lowest_up_m, r.highest_up_m) for r in chosen.regions], float).reshape(-1, 2),
     )
-
-
-def _drop_lost(out: Filtered) -> None:
-    """A prediction without a measurement that is no number (an estimate gone astray, in free fall) is no estimate."""
-    report = out.report
-    sound = np.isfinite(report.state).all(axis=1) & np.isfinite(report.covariance).all(axis=1)
-    lost = (report.track > 0) & ~sound
-    count = int(lost.sum())
-    if not count:
-        return
-    report.track[lost] = 0
-    for array in (report.state, report.covariance, report.probability):
-        np.moveaxis(array, 1, 2)[lost] = np.nan
-    out.notes.append(Note("prediction_lost", "predictions that were no numbers were left out", count))
 
 
 def _add_notes(out: Filtered, parameters: MotionParameters, clip: float) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from algorithms.errors import InputError
+from algorithms.recording import Recording as Measured
 from algorithms.recording import recording_from_arrays
 from backend.api.run_schemas import RunIn
 from backend.api.services import Services
@@ -61,6 +62,13 @@ def source_of(services: Services, found: Sequence[Recording]) -> dict[str, Any]:
         "name": " + ".join(one.name for one in found),
         "kind": first.kind,
     }
+
+
+def measurements_of(services: Services, found: Sequence[Recording]) -> Measured:
+    """Return what the recordings of a run hold, several of them joined."""
+    if len(found) > 1:
+        return _joined(services, found).recording
+    return recording_from_arrays(services.store.get_arrays(str(found[0].data_sha256)))
 
 
 def is_joined(source: Mapping[str, Any]) -> bool:

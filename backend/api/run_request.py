@@ -12,8 +12,8 @@ from pydantic import ValidationError
 from algorithms.errors import InputError
 from algorithms.spec import Algorithm
 from backend.api.algorithms import catalogue
-from backend.api.run_recordings import recordings_of, source_of
-from backend.api.run_scenario import ScenarioRun, checked_scenario
+from backend.api.run_recordings import measurements_of, recordings_of, source_of
+from backend.api.run_scenario import ScenarioRun, checked_scenario, misfit
 from backend.api.run_schemas import EntryIn, RunIn, ScenarioIn
 from backend.api.services import Services
 from backend.api.studies import studies
@@ -77,7 +77,10 @@ def checked(services: Services, request: RunIn) -> CheckedRun:
     if found:
         problems += _of_recordings(request, found)
         if not problems:
-            return CheckedRun(request, entries, source_of(services, found), tuple(found), None)
+            source = source_of(services, found)
+            problems = _misfits(services, request.algorithms, found)
+            if not problems:
+                return CheckedRun(request, entries, source, tuple(found), None)
     else:
         scenario, more = checked_scenario(request, entries) if not problems else (None, [])
         problems += more
@@ -110,6 +113,16 @@ def _of_recordings(request: RunIn, found: Sequence[Recording]) -> list[ProblemIt
                 )
             )
     return problems
+
+
+def _misfits(services: Services, entries: Sequence[EntryIn], found: Sequence[Recording]) -> list[ProblemItem]:
+    """Say which algorithms' parameters cannot go with what the recordings hold."""
+    errors = [misfit(e.name, e.parameters, lambda: measurements_of(services, found)) for e in entries]
+    return [
+        _item(f"/algorithms/{i}/parameters{error.pointer}", str(error), error.code)
+        for i, error in enumerate(errors)
+        if error is not None
+    ]
 
 
 _OWN_CODES = (

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from pydantic import ValidationError
 
 from algorithms.errors import InputError
+from algorithms.recording import Recording
 from algorithms.spec import Algorithm, Scenario
 from algorithms.toolbox.monte_carlo.batches import BATCH, batches_per_task
 from backend.api.algorithms import catalogue
 from backend.api.run_schemas import EntryIn, RunIn
 from backend.db.runs import Entry
 from backend.http.problems import ProblemItem, items_of
-from backend.jobs.plan import SCENARIO, Cell, TrialsPlan, series_count, trials_plan
+from backend.jobs.plan import SCENARIO, Cell, TrialsPlan, Variant, series_count, trials_plan
 
 DEFAULT_TRIALS = 100
 # Combinations of scenario cells and variants in one run.
@@ -69,7 +70,7 @@ def checked_scenario(request: RunIn, entries: Sequence[Entry]) -> tuple[Scenario
     scenario = {"preset": preset.name, "parameters": request.scenario.parameters}
     plan = trials_plan(scenario, entries, sweep, trials=trials, batches_per_task=1, keep_every=1)
     problems = _variants(plan)
-    instants, found = _instants(preset, plan, request.seed or 0)
+    instants, found = _instants(preset, plan, request.seed or 0, () if problems else plan.variants)
     problems += found
     if problems:
         return None, list({(p.pointer, p.detail): p for p in problems}.values())
@@ -157,7 +158,9 @@ def _invalid(model: Any, given: Mapping[str, Any], pointer: str, swept: Mapping[
     return []
 
 
-def _instants(preset: Scenario, plan: TrialsPlan, seed: int) -> tuple[int, list[ProblemItem]]:
+def _instants(
+    preset: Scenario, plan: TrialsPlan, seed: int, variants: Sequence[Variant]
+) -> tuple[int, list[ProblemItem]]:
     """Simulate the first trial of every cell: whatever leaves the domain is said before the start."""
     largest = 0
     problems: list[ProblemItem] = []
@@ -167,7 +170,7 @@ def _instants(preset: Scenario, plan: TrialsPlan, seed: int) -> tuple[int, list[
         if found:
             continue
         try:
-            instants = len(preset.simulate(_conditions(preset, cell), (0,), seed))
+            recording = preset.simulate(_conditions(preset, cell), (0,), seed)
         except InputError as error:
             pointer = f"/scenario/parameters{error.pointer or ''}"
             detail = f"{error.message}. {error.remedy}".replace("..", ".").strip()
@@ -176,7 +179,9 @@ def _instants(preset: Scenario, plan: TrialsPlan, seed: int) -> tuple[int, list[
                     pointer, detail = f"/sweep/{_escaped(name)}", f"{value!r}: {detail}"
             problems.append(ProblemItem(pointer=pointer, detail=detail, code=error.code))
             continue
+        instants = len(recording)
         largest = max(largest, instants)
+        problems += _misfits(variants, recording)
         if instants > MAX_INSTANTS:
             detail = (
                 f"The scenario has {instants:,} instants; Monte Carlo runs take up to {MAX_INSTANTS:,}. Shorten it, or "
@@ -187,6 +192,32 @@ def _instants(preset: Scenario, plan: TrialsPlan, seed: int) -> tuple[int, list[
             detail = "The scenario has no measurement at all; lengthen it or shorten the period."
             problems.append(ProblemItem(pointer="/scenario/parameters", detail=detail, code="scenario_empty"))
     return largest, problems
+
+
+def misfit(name: str, given: Mapping[str, Any], get: Callable[[], Recording]) -> InputError | None:
+    """Say why an algorithm's parameters, valid by themselves, cannot go with a recording."""
+    algorithm = catalogue()[name]
+    if algorithm.check is not None:
+        try:
+            algorithm.check(algorithm.parameters.model_validate_json(json.dumps(given), strict=True), get)
+        except InputError as error:
+            return error
+    return None
+
+
+def _misfits(variants: Sequence[Variant], recording: Recording) -> list[ProblemItem]:
+    """Say which variants cannot go with what a cell simulates; of a swept value it is said of the sweep."""
+    problems = []
+    for variant in variants:
+        error = misfit(variant.algorithm, variant.parameters, lambda: recording)
+        if error is None:
+            continue
+        pointer, detail = f"/algorithms/{variant.entry}/parameters{error.pointer}", str(error)
+        for name, value in variant.values.items():
+            if error.pointer.startswith(f"/{name.rpartition('.')[2]}"):
+                pointer, detail = f"/sweep/{_escaped(name)}", f"{value!r}: {detail}"
+        problems.append(ProblemItem(pointer=pointer, detail=detail, code=error.code))
+    return problems
 
 
 def _conditions(preset: Scenario, cell: Cell) -> Any:

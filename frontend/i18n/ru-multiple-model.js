@@ -303,6 +303,7 @@ export const sentences = {
   "tracks were closed after a gap longer than track_timeout_s and started anew": "траектории закрыты после пропуска дольше track_timeout_s и начаты заново",
   "tracks were started anew because their numbers lost their meaning": "траектории начаты заново, так как их числа потеряли смысл",
   "plots were taken after a gap in a widened gate: the track may follow another object": "отметки взяты после пропуска в расширенном стробе: траектория могла перейти на другой объект",
+  "covariances had an eigenvalue below zero by more than rounding": "ковариации с собственным значением ниже нуля больше, чем на округление",
   "predictions that were no numbers were left out": "прогнозы, не бывшие числами, опущены",
   "outside the domain of the sensor's coordinates, or not finite": "вне области координат датчика или не число",
   "same time as the measurement before it": "то же время, что у предыдущего измерения",

@@ -12,7 +12,8 @@ from pydantic import ValidationError
 from algorithms.errors import ParameterError
 from algorithms.multiple_model import multiple_model, states
 from algorithms.multiple_model.multiple_model import MultipleModelParameters
-from algorithms.multiple_model.scenario import AeroballisticParameters, simulate
+from algorithms.multiple_model.scenario import AeroballisticParameters, StraightParameters, simulate
+from algorithms.multiple_model.soundness import indefinite
 from algorithms.recording import AntennaPlots
 from algorithms.result import Result
 from algorithms.spec import LocalContext
@@ -114,6 +115,32 @@ def test_a_range_that_is_none_is_a_miss_and_listed(arc: AntennaPlots, wrong: flo
     assert (result.arrays["status"][30] == states.COASTING).all()
     assert any(note.code == "outside_domain" for note in result.notes)
     finite(result)
+
+
+def test_what_a_simulation_cannot_measure_is_a_miss() -> None:
+    """A straight flight past the antenna: behind it, or beyond the edge by noise, is no measurement; truth goes on."""
+    past = simulate(StraightParameters(rate_hz=1.0, duration_s=600.0), (0,), 5)
+    behind = np.isnan(past.range_m[:, 0])
+    assert 0 < behind.sum() < behind.size
+    assert np.isfinite(past.truth_m).all()
+    result = run(past)
+    missed = result.arrays["reason"] == states.R_DOMAIN
+    assert missed[behind].all()
+    assert not missed[past.time_s < 300].any()
+    (note,) = (note for note in result.notes if note.code == "outside_domain")
+    assert note.count == missed.sum()
+
+
+def test_a_covariance_that_is_none_is_counted_and_stays() -> None:
+    """A variance of 1e4 beside -1e-3: below -1e-9 of the largest eigenvalue. -1e-7 there would be rounding."""
+    report = states.new_report(3, 1, 1)
+    for row, last in enumerate((0.0, -1e-7, -1e-3)):
+        report.covariance[row, :, 0] = 0.0
+        report.covariance[row, 0, 0], report.covariance[row, 44, 0] = 1e4, last
+    before = report.covariance.copy()
+    (note,) = indefinite(report)
+    assert (note.code, note.count) == ("covariance_indefinite", 1)
+    np.testing.assert_array_equal(report.covariance, before)
 
 
 def test_angles_outside_the_half_space_are_a_miss(arc: AntennaPlots) -> None:
