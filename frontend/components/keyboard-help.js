@@ -5,12 +5,12 @@ import { define, h, put } from "../js/dom.js";
 import { t } from "../js/i18n.js";
 import { COMMANDS, commandOf } from "../js/keys.js";
 
-// The second key of a pair must come within this time.
+// The second key of a pair must be pressed within this time; a page that is busy may hear of it later.
 const PAIR_MS = 1500;
 
 class KeyboardHelp extends HTMLElement {
   /** The key before, and when it was pressed. */
-  last = { key: "", at: 0 };
+  last = { key: "", at: -PAIR_MS };
 
   connectedCallback() {
     this.className = "help";
@@ -38,8 +38,8 @@ class KeyboardHelp extends HTMLElement {
     if (typing || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
     const key = latin(event);
     const { last } = this;
-    this.last = { key, at: Date.now() };
-    const command = commandOf(key, Date.now() - last.at < PAIR_MS ? last.key : undefined);
+    this.last = { key, at: event.timeStamp };
+    const command = commandOf(key, event.timeStamp - last.at < PAIR_MS ? last.key : undefined);
     if (!command?.act) return;
     command.act(key);
     event.preventDefault();

@@ -322,10 +322,14 @@ class RunPage extends HTMLElement {
   }
 
   async cancel() {
+    // With its trials goes what they say so far: a chart asked for meanwhile would be refused.
+    if (this.sofar) put(/** @type {HTMLElement} */ (this.body), loading());
+    this.sofar = null;
     try {
       await post(`runs/${this.runId}/cancel`);
     } catch (error) {
       toast(wordsOf(error));
+      this.drawn = "";
     }
     await this.load();
   }

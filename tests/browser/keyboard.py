@@ -8,6 +8,15 @@ import pytest
 from playwright.sync_api import Page
 
 MOST_STOPS = 160
+# Where `g` and a letter lead.
+PLACES = {
+    "r": "runs-page",
+    "d": "recordings-page",
+    "a": "algorithms-page",
+    "s": "scenarios-page",
+    "m": "map-page",
+    "t": "studies-page",
+}
 
 
 def tab_to(page: Page, selector: str, *, key: str = "Tab") -> None:
@@ -48,7 +57,8 @@ def give_file(page: Page, selector: str, *paths: Path) -> None:
 
 
 def go_to(page: Page, second: str) -> None:
-    """Leave a field and press `g` and a letter."""
+    """Leave a field and press `g` and a letter; what is pressed next is meant for the page that comes."""
     page.keyboard.press("Escape")
     page.keyboard.press("g")
     page.keyboard.press(second)
+    page.locator(f"main > {PLACES[second]}").wait_for()

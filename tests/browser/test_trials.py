@@ -14,7 +14,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.browser.charts import drawn, panel_of
 from tests.browser.conftest import WITHOUT_PLOTS, Server, Visit
@@ -201,8 +201,23 @@ def test_numbers_grow_while_trials_run(visit: Callable[..., Visit], server: Serv
     assert min(b - a for a, b in pairwise(asked)) >= 500, "at most two a second"
     assert len(page.evaluate("window.redraws")) <= len(asked), "nothing is drawn that was not asked for"
 
+    # A chart that is on its way while the run is cancelled is given up: the run would refuse it.
+    held: list[Route] = []
+    page.route("**/charts/trials_error.json*", lambda route: held.append(route))
+
+    def cancelled_first(route: Route) -> None:
+        answer = route.fetch()
+        for chart in held:
+            chart.continue_()
+        page.wait_for_timeout(500)
+        route.fulfill(response=answer)
+
+    page.route("**/cancel", cancelled_first)
+    while not held:
+        page.wait_for_timeout(50)
     page.get_by_role("button", name="Cancel", exact=True).click()
     expect(page.locator(".run-head .state")).to_have_text("cancelled")
+    page.unroute_all()
     expect(page.get_by_role("button", name="Cancel", exact=True)).to_have_count(0)
     assert ask(server, f"runs/{run}")["state"] == "cancelled"
     # Its workers are free: another run comes to its end.
