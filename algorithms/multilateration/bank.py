@@ -33,6 +33,8 @@ BIAS = 45
 # Of the constant-velocity model, so that its covariance has an inverse: (m/s2)^2.
 STILL_VARIANCE = 1e-6
 SMALLEST_WEIGHT = 1e-6
+# No division by an interval of zero.
+SHORTEST_S = 1e-9
 # Packed elements in whose row or column an acceleration stands.
 _ACCELERATIONS = np.array(
     [i * (i + 1) // 2 + j for i in range(STATES) for j in range(i + 1) if {i, j} & {2, 5, 8}], np.int64
@@ -63,7 +65,8 @@ class Choice(NamedTuple):
 def straight_noise(t: Floats, sigma_acceleration: float) -> Floats:
     """(L, 9, 9): process noise of the straight flight over intervals t (L,) s, as `predict_bank` adds it."""
     q1 = np.zeros((t.size, 3, 3))
-    g = np.stack([0.5 * t * t, t], axis=1) * sigma_acceleration
+    held = np.maximum(t, 1.0 / np.maximum(t, SHORTEST_S))
+    g = np.stack([0.5 * t * t, t], axis=1) * (sigma_acceleration * np.sqrt(held))[:, None]
     q1[:, :2, :2] = g[:, :, None] * g[:, None, :]
     q1[:, 2, 2] = STILL_VARIANCE
     out = np.zeros((t.size, 9, 9))
@@ -249,7 +252,13 @@ def _stand_still(bank):
 
 @strict
 def _disturb(choice, bank):
-    """Process noise of the constant-velocity model: an acceleration held over the interval, anew in each."""
+    """Process noise of the constant-velocity model: an acceleration held over the interval, anew in each.
+
+    Its variance is that of the parameter for marks a second apart. Over longer intervals it grows with them, as the
+    manoeuvre's does, whose jerk is white: else the straight flight would be the stiffer beside it the sparser the
+    marks, and neither would follow an aircraft that speeds up in its climb. Over shorter ones it grows against them, so
+    that the velocity spreads with the time and not with how many marks fell in it.
+    """
     p = bank.p[0]
     s = choice.sigma_acceleration * choice.sigma_acceleration
     for a in range(3):
@@ -259,9 +268,10 @@ def _disturb(choice, bank):
         r2 = (i + 2) * (i + 3) // 2 + i
         for lane in range(LANES):
             t = bank.t[lane]
-            p[r0, lane] += 0.25 * s * t * t * t * t
-            p[r1, lane] += 0.5 * s * t * t * t
-            p[r1 + 1, lane] += s * t * t
+            v = s * t * t * max(t, 1.0 / max(t, SHORTEST_S))
+            p[r0, lane] += 0.25 * v * t * t
+            p[r1, lane] += 0.5 * v * t
+            p[r1 + 1, lane] += v
             p[r2 + 2, lane] += STILL_VARIANCE if t > 0.0 else 0.0
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from algorithms.multilateration.bank import SMALLEST_WEIGHT, merge_bank, predict_bank, take_over
 from algorithms.multilateration.begin import count_followed, decide
+from algorithms.multilateration.bias_prior import weigh_biases
 from algorithms.multilateration.concluding import conclude
 from algorithms.multilateration.lanes import (
     INITIALISED,
@@ -106,6 +107,8 @@ def filter_marks_by_models(marks, setup, choice, track, bank, now, rows, report,
         if banked > 0:
             _measure_bank(lanes, setup, choice, track, bank, now, rows)
             merge_bank(bank, x, p)
+        if choice.bias_variance > 0.0:
+            weigh_biases(choice.bias_variance, bank, x, p)
         conclude(lanes, setup, track, now)
         _settle(lanes, setup, choice, track, bank, now)
         look_at(lanes, track.live, now.status, now.go, now.shown, now.took)

@@ -25,8 +25,8 @@ TABLE_8_3 = {
     100.0: {"inbound": 107, "weave": 59, "orbit": 63, "out_near": 68, "out_far": 278},
     10.0: {"inbound": 101, "weave": 39, "orbit": 43, "out_near": 56, "out_far": 225},
 }
-# What a bias state costs where there is no bias: a fifth far out, where only the altitude tells the height.
-PRICE = 1.28
+# What a bias state may cost where there is no bias; on other draws 10 to 18 % on the way in, less elsewhere.
+PRICE = 1.20
 
 
 def errors(recording: ToaMarks, **changes: object) -> np.ndarray:
@@ -45,19 +45,33 @@ def circuit() -> ToaMarks:
     return simulate(CircuitParameters(sigma_altitude_m=100.0), tuple(range(TRIALS)), 42)
 
 
-@pytest.mark.parametrize("sigma", [None, 100.0, 10.0])
-def test_rows_imm_of_table_8_3(circuit: ToaMarks, sigma: float | None) -> None:
-    recording = circuit
-    if sigma == 10.0:
-        recording = simulate(CircuitParameters(sigma_altitude_m=10.0), tuple(range(TRIALS)), 42)
-    given = {} if sigma is None else {"sigma_altitude_m": sigma}
-    plain = rms(errors(recording, start=START, altitude="none" if sigma is None else "white", **given))
-    for leg, expected in TABLE_8_3[sigma].items():
-        assert plain[leg] == pytest.approx(expected, rel=0.14), leg
+def drawn_apart(sigma: float | None, batch: int) -> tuple[ToaMarks, dict[str, object]]:
+    """Fresh trials, a batch of them, and what the filter is told."""
+    trials = tuple(range(TRIALS * batch, TRIALS * (batch + 1)))
+    recording = simulate(CircuitParameters(sigma_altitude_m=sigma or 100.0), trials, 500)
+    return recording, {"start": START} | ({} if sigma is None else {"sigma_altitude_m": sigma})
+
+
+def leg_squares(recording: ToaMarks, changes: dict[str, object]) -> np.ndarray:
+    """(legs,) m^2."""
+    error = errors(recording, **changes)
+    return np.array([np.mean(error[a:b] ** 2) for a, b in LEGS.values()])
+
+
+@pytest.mark.parametrize("sigma", [None, 100.0, 30.0, 10.0])
+def test_rows_imm_of_table_8_3(sigma: float | None) -> None:
+    """480 trials: 95 % of such rms errors lie within 3 %. Ninety-six leave 6 %, and the printed ones as much."""
+    plain, biased = np.zeros(len(LEGS)), np.zeros(len(LEGS))
+    for batch in range(5):
+        recording, told = drawn_apart(sigma, batch)
+        plain += leg_squares(recording, told | {"altitude": "none" if sigma is None else "white"}) / 5
+        if sigma is not None:
+            biased += leg_squares(recording, told) / 5
+    if sigma in TABLE_8_3:
+        expected = [TABLE_8_3[sigma][leg] for leg in LEGS]
+        assert np.sqrt(plain) == pytest.approx(expected, rel=0.08)
     if sigma is not None:
-        biased = rms(errors(recording, start=START, **given))
-        for leg, expected in plain.items():
-            assert biased[leg] <= PRICE * expected, leg
+        assert (np.sqrt(biased / plain) <= PRICE).all()
 
 
 def test_a_bias_is_found_and_never_worse_than_no_altitude(circuit: ToaMarks) -> None:

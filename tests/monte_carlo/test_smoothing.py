@@ -28,6 +28,21 @@ TABLE_8_3 = {
 
 @pytest.mark.parametrize("altitude", [False, True])
 def test_rows_rts_of_table_8_3(altitude: bool) -> None:
+    """450 trials: 95 % of such rms errors lie within 3 %."""
+    kind = FilterWithAltitudeParameters if altitude else FilterParameters
+    smoothed = kind(profile="article", start=START, smoothing="fixed_interval")
+    squares = np.zeros(len(LEGS))
+    for batch in range(3):
+        trials = tuple(range(150 * batch, 150 * (batch + 1)))
+        recording = simulate(CircuitParameters(sigma_altitude_m=100.0), trials, 500)
+        state = run_filter(recording, smoothed, LocalContext(5), altitude=altitude).arrays["state"]
+        e2 = ((state[:, [0, 3]] - recording.truth_m[:, :2, None]) ** 2).sum(axis=1)
+        squares += np.array([e2[a:b].mean() for a, b in LEGS.values()]) / 3
+    assert np.sqrt(squares) == pytest.approx([TABLE_8_3[altitude][leg] for leg in LEGS], rel=0.08)
+
+
+@pytest.mark.parametrize("altitude", [False, True])
+def test_smoothed_tracks_claim_what_they_reach(altitude: bool) -> None:
     recording = simulate(CircuitParameters(sigma_altitude_m=100.0), tuple(range(150)), 42)
     kind = FilterWithAltitudeParameters if altitude else FilterParameters
     smoothed = kind(profile="article", start=START, smoothing="fixed_interval")
@@ -36,8 +51,6 @@ def test_rows_rts_of_table_8_3(altitude: bool) -> None:
     claimed2 = arrays["covariance"][:, 0] + arrays["covariance"][:, 9]
     for leg, (a, b) in LEGS.items():
         rms = np.sqrt(np.mean(e2[a:b]))
-        # The table has 100 trials of its own; errors of one trial hang together for minutes.
-        assert rms == pytest.approx(TABLE_8_3[altitude][leg], rel=0.14), leg
         if leg != "weave":
             assert 0.85 < rms / np.sqrt(claimed2[a:b].mean()) < 1.2, leg
     # The last mark has nothing after it; before it smoothing never claims more than the filter did.

@@ -88,13 +88,13 @@ def test_smoothed_tracks_beat_single_marks(recording: ToaMarks, fixes: np.ndarra
 
 
 def test_interacting_models_are_no_worse_than_one(recording: ToaMarks, fixes: np.ndarray) -> None:
-    """Gaps of up to a minute leave little to two models: median 79.6 m against 76.5, 90 % 195 against 206."""
+    """Gaps of up to a minute leave little to two models: median 74.2 m against 76.5, 90 % 196 against 206."""
     two = horizontal(recording, mlat_imm.run(recording, mlat_imm.MlatImmParameters(), LocalContext()))
     one = horizontal(recording, rdfv.run(recording, rdfv.RdfvParameters(), LocalContext()))
     rows = [recording.rows_of(t) for t in range(len(recording.targets))]
     pooled = np.concatenate([r for r in rows if r.size >= 8])
     ours, theirs = two[pooled], one[pooled]
     assert np.isfinite(ours).sum() >= np.isfinite(fixes[pooled]).sum()
-    assert np.nanmedian(ours) <= 1.06 * np.nanmedian(theirs)
+    assert np.nanmedian(ours) <= np.nanmedian(theirs)
     assert np.nanpercentile(ours, 90) <= np.nanpercentile(theirs, 90)
     assert np.nanmax(ours) <= 1.5 * np.nanmax(fixes[pooled])
