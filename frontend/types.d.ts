@@ -175,6 +175,7 @@ export interface ParameterSchema {
   labels_from?: string;
   row_sum?: number;
   items?: ParameterSchema;
+  prefixItems?: ParameterSchema[];
   properties?: Record<string, ParameterSchema>;
 }
 

@@ -266,7 +266,7 @@ class Region(Parameters):
     highest_up_m: float = parameter(1e6, title="To height", unit="m", group="motion", ge=-1e6, le=1e6)
     """In the local frame."""
     transition: tuple[tuple[float, ...], ...] = parameter(
-        title="Transition probabilities", group="motion", max_length=10
+        title="Transition probabilities", group="motion", max_length=10, labels_from="models", row_sum=1
     )
     """Row = from, as the matrix that holds elsewhere."""
 

@@ -21,6 +21,8 @@ export class AlgorithmEntries extends HTMLElement {
   /** @type {string | null} */
   kind = null;
   onchanged = () => {};
+  /** Gets what the run's measurements look like in the plan. @type {() => Promise<import("../js/regions.js").Path[]>} */
+  paths = async () => [];
   /** @type {Entry[]} */
   entries = [];
 
@@ -49,10 +51,18 @@ export class AlgorithmEntries extends HTMLElement {
    * @param {string | null} kind
    */
   setSource(site, kind) {
+    this.showPaths();
+    // Drawn anew, a form would take the field from under whoever types in it.
+    if (site === this.site && kind === this.kind) return;
     this.site = site;
     this.kind = kind;
     for (const entry of this.entries) entry.form.setSite(site);
     this.draw();
+  }
+
+  /** What lies behind polygons in the forms is another now. */
+  showPaths() {
+    for (const entry of this.entries) entry.form.setPaths();
   }
 
   /** The entries as they would be sent. @returns {{entries: RunEntry[], wrong: boolean}} */
@@ -90,6 +100,7 @@ export class AlgorithmEntries extends HTMLElement {
     const form = /** @type {ParameterForm} */ (document.createElement("parameter-form"));
     form.schema = algorithm.parameters_schema;
     form.site = this.site;
+    form.paths = () => this.paths();
     form.setParameters(parameters);
     form.onchanged = () => this.onchanged();
     this.entries.push({ algorithm, label, form, open: this.entries.length === 0 || Object.keys(parameters).length > 0 });

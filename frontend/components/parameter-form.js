@@ -6,13 +6,14 @@ import { define, h, put, uniqueId } from "../js/dom.js";
 import { t, told } from "../js/i18n.js";
 import { fieldsOf, placeholderOf, rangeOf, readField } from "../js/schema.js";
 import { MatrixEditor } from "./matrix-editor.js";
+import { RegionsEditor } from "./regions-editor.js";
 import { RowsEditor } from "./rows-editor.js";
 import { copyText } from "./toast-area.js";
 
 /** @import { ParametersSchema, Site } from "../types.d.ts" */
 /** @import { FieldSpec } from "../js/schema.js" */
 
-/** @typedef {{root: HTMLElement, input: HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement | MatrixEditor | RowsEditor, refresh: () => void}} FieldView */
+/** @typedef {{root: HTMLElement, input: HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement | MatrixEditor | RegionsEditor | RowsEditor, refresh: () => void}} FieldView */
 
 export class ParameterForm extends HTMLElement {
   /** @type {ParametersSchema} */
@@ -24,6 +25,8 @@ export class ParameterForm extends HTMLElement {
   /** @type {Map<string, string>} what the server said about a field */
   told = new Map();
   onchanged = () => {};
+  /** Gets what lies behind polygons. @type {() => Promise<import("../js/regions.js").Path[]>} */
+  paths = async () => [];
   /** @type {Map<string, FieldView>} */
   views = new Map();
 
@@ -58,6 +61,11 @@ export class ParameterForm extends HTMLElement {
   setSite(site) {
     this.site = site;
     for (const view of this.views.values()) view.refresh();
+  }
+
+  /** The run has other measurements now: what lies behind polygons. */
+  setPaths() {
+    for (const { input } of this.views.values()) if (input instanceof RegionsEditor) input.look();
   }
 
   /** Show what the server said about fields; focus the first. @param {Map<string, string>} errors */
@@ -111,7 +119,7 @@ export class ParameterForm extends HTMLElement {
     const hint = h("span", { class: "hint", id: `${id}-hint` });
     const error = h("span", { class: "error", id: `${id}-error`, hidden: true });
     const unit = field.unit && field.type !== "choice" && field.type !== "boolean";
-    const wide = field.type === "matrix" || field.type === "rows";
+    const wide = ["matrix", "rows", "regions"].includes(field.type);
     const root = h("div", { class: wide ? "field wide" : "field", data: { name: field.name } },
       h("div", { class: "name" },
         h("label", { for: id }, field.title),
@@ -122,8 +130,8 @@ export class ParameterForm extends HTMLElement {
     const refresh = () => {
       const typed = this.texts[field.name] ?? "";
       const wrong = readField(field, typed).error;
-      // The matrix itself says which row.
-      const message = wrong === "row_sum" ? "" : wrong ? t(`field.${wrong}`, { range: rangeOf(field), unit: field.unit }) : this.told.get(field.name);
+      // The matrix itself says which row, the regions which of them and where.
+      const message = wrong === "row_sum" || wrong === "regions" || input instanceof RegionsEditor ? "" : wrong ? t(`field.${wrong}`, { range: rangeOf(field), unit: field.unit }) : this.told.get(field.name);
       dot.hidden = reset.hidden = !typed;
       error.hidden = !message;
       error.textContent = message ?? "";
@@ -131,9 +139,10 @@ export class ParameterForm extends HTMLElement {
       input.setAttribute("aria-describedby", message ? error.id : hint.id);
       hint.textContent = this.hintOf(field, typed);
       hint.title = words(field.description);
-      if (input instanceof MatrixEditor) input.setNames(this.namesOf(field));
+      if (input instanceof MatrixEditor || input instanceof RegionsEditor) input.setNames(this.namesOf(field));
+      if (input instanceof RegionsEditor) input.setErrors(new Map([...this.told].filter(([place]) => place.startsWith(`${field.name}/`))));
       if (input instanceof HTMLSelectElement) this.showDefault(field, input);
-      else if (!(input instanceof MatrixEditor || input instanceof RowsEditor)) input.placeholder = placeholderOf(field, this.site).text;
+      else if (!(input instanceof MatrixEditor || input instanceof RowsEditor || input instanceof RegionsEditor)) input.placeholder = placeholderOf(field, this.site).text;
     };
     this.views.set(field.name, { root, input, refresh });
     refresh();
@@ -152,6 +161,7 @@ export class ParameterForm extends HTMLElement {
       const words = (/** @type {string} */ one) => (field.type === "boolean" ? t(one === "true" ? "form.yes" : "form.no") : one);
       return h("select", { id, value, oninput: onchange }, h("option", { value: "" }), choices.map((one) => h("option", { value: one }, words(one))));
     }
+    if (field.type === "regions") return this.regions(field, value, onchange);
     if (field.type === "matrix" || field.type === "rows") return this.list(field, value, onchange);
     if (field.type === "json") return h("textarea", { id, value, rows: 2, spellcheck: "false", oninput: onchange });
     const room = field.unit ? `padding-right: ${field.unit.length + 2}ch` : null;
@@ -170,6 +180,28 @@ export class ParameterForm extends HTMLElement {
     if (Array.isArray(field.default)) editor.default = field.default;
     if (editor instanceof RowsEditor) editor.schema = field.rowSchema;
     else editor.rowSum = field.rowSum;
+    editor.value = value;
+    editor.addEventListener("input", onchange);
+    return editor;
+  }
+
+  /**
+   * @param {FieldSpec} field
+   * @param {string} value
+   * @param {(event: Event) => void} onchange
+   */
+  regions(field, value, onchange) {
+    const editor = new RegionsEditor();
+    editor.label = field.title;
+    editor.schema = field.rowSchema;
+    editor.names = this.namesOf(field);
+    editor.paths = () => this.paths();
+    // A new region begins with the matrix that holds elsewhere.
+    editor.matrix = () => {
+      const whole = (this.fields ?? []).find((one) => one.type === "matrix" && one.labelsFrom === field.labelsFrom);
+      const read = whole ? readField(whole, this.texts[whole.name] ?? "").value ?? whole.default : null;
+      return Array.isArray(read) ? read : null;
+    };
     editor.value = value;
     editor.addEventListener("input", onchange);
     return editor;
@@ -211,7 +243,7 @@ export class ParameterForm extends HTMLElement {
   /** @param {FieldSpec} field @param {string} text */
   typed(field, text) {
     this.texts[field.name] = text;
-    this.told.delete(field.name);
+    for (const place of [...this.told.keys()]) if (place === field.name || place.startsWith(`${field.name}/`)) this.told.delete(place);
     this.views.get(field.name)?.refresh();
     for (const other of this.fields ?? []) if (other.labelsFrom === field.name) this.views.get(other.name)?.refresh();
     this.showJson();

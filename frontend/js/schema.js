@@ -3,6 +3,7 @@
 
 import { said } from "./i18n.js";
 import { wrongRows } from "./matrix.js";
+import { faultOf } from "./regions.js";
 import { parseNumber, formatCount, formatExact } from "./numbers.js";
 
 /** @import { ParameterSchema, ParametersSchema, Site, FieldError } from "../types.d.ts" */
@@ -16,7 +17,7 @@ import { parseNumber, formatCount, formatExact } from "./numbers.js";
  * @property {string} symbol
  * @property {string} group
  * @property {boolean} advanced
- * @property {"number" | "integer" | "boolean" | "choice" | "text" | "matrix" | "rows" | "json"} type
+ * @property {"number" | "integer" | "boolean" | "choice" | "text" | "matrix" | "rows" | "points" | "regions" | "json"} type
  * @property {boolean} nullable
  * @property {unknown} default
  * @property {string} fromSite
@@ -89,24 +90,32 @@ function fieldOf(name, property, definitions) {
     most: main.maximum ?? property.maximum ?? mostOpen ?? null,
     leastOpen: leastOpen !== undefined,
     mostOpen: mostOpen !== undefined,
-    labelsFrom: property.labels_from ?? "",
+    labelsFrom: property.labels_from ?? (type === "regions" ? matricesIn(main, definitions)[0]?.labels_from ?? "" : ""),
     rowSum: property.row_sum ?? null,
     rowSchema: { properties: resolve(main.items ?? {}, definitions).properties ?? {}, $defs: definitions },
   };
 }
 
+/** The properties of a list's objects that are matrices. @param {ParameterSchema} list @param {Record<string, ParameterSchema>} definitions */
+function matricesIn(list, definitions) {
+  return Object.values(resolve(list.items ?? {}, definitions).properties ?? {}).filter((one) => one.labels_from);
+}
+
 /**
- * Lists that have an editor of their own: rows of numbers, and objects of single values.
+ * Lists that have an editor of their own: rows of numbers, pairs of them, objects of single values, and regions, which
+ * hold pairs beside matrices and single values.
  * @param {ParameterSchema} list
  * @param {Record<string, ParameterSchema>} definitions
- * @returns {"matrix" | "rows" | "json"}
+ * @returns {"matrix" | "rows" | "points" | "regions" | "json"}
  */
 function listType(list, definitions) {
   const item = resolve(list.items ?? {}, definitions);
   if (item.type === "array" && item.items?.type === "number") return "matrix";
-  const properties = Object.entries(item.properties ?? {});
-  const single = properties.every(([name, one]) => !["json", "matrix", "rows"].includes(fieldOf(name, one, definitions).type));
-  return item.type === "object" && properties.length > 0 && single ? "rows" : "json";
+  if (item.type === "array" && item.prefixItems?.length === 2 && item.prefixItems.every((one) => one.type === "number")) return "points";
+  const types = Object.entries(item.properties ?? {}).map(([name, one]) => fieldOf(name, one, definitions).type);
+  if (item.type !== "object" || !types.length || types.includes("json") || types.includes("rows") || types.includes("regions")) return "json";
+  if (types.includes("points")) return "regions";
+  return types.includes("matrix") ? "json" : "rows";
 }
 
 /**
@@ -156,7 +165,7 @@ function siteValues(site, name) {
  * Turn typed text into a parameter's value.
  * @param {FieldSpec} field
  * @param {string} text
- * @returns {{value?: unknown, error?: "not_a_number" | "not_whole" | "too_small" | "too_large" | "not_json" | "not_complete" | "row_sum"}}
+ * @returns {{value?: unknown, error?: "not_a_number" | "not_whole" | "too_small" | "too_large" | "not_json" | "not_complete" | "row_sum" | "regions"}}
  */
 export function readField(field, text) {
   const typed = text.trim();
@@ -180,10 +189,24 @@ export function readField(field, text) {
       if (value.some((row) => !Array.isArray(row) || row.includes(null))) return { error: "not_complete" };
       if (field.rowSum !== null && wrongRows(value, field.rowSum).length) return { error: "row_sum" };
     }
+    if (field.type === "regions" && Array.isArray(value) && faultOf(value, rulesOf(field.rowSchema, null))) return { error: "regions" };
     return { value };
   } catch {
     return { error: "not_json" };
   }
+}
+
+/**
+ * What regions of a schema must keep.
+ * @param {ParametersSchema} schema of one region
+ * @param {number | null} size of their matrices, null = any
+ * @returns {import("./regions.js").Rules}
+ */
+export function rulesOf(schema, size) {
+  const fields = fieldsOf(schema);
+  const named = (/** @type {string} */ start) => fields.find((field) => field.name.startsWith(start))?.name;
+  const [low, high] = [named("lowest_"), named("highest_")];
+  return { bands: low && high ? [[low, high]] : [], matrices: fields.filter((field) => field.type === "matrix").map((field) => ({ name: field.name, sum: field.rowSum })), size };
 }
 
 /**
@@ -214,15 +237,16 @@ export function placeErrors(errors) {
   /** @type {FieldError[]} */
   const rest = [];
   for (const error of errors) {
-    const found = /^\/algorithms\/(\d+)(?:\/parameters\/([^/]+)|\/(label|name))?/.exec(error.pointer ?? "");
+    const found = /^\/algorithms\/(\d+)(?:\/parameters\/([^/]+)(\/.+)?|\/(label|name))?/.exec(error.pointer ?? "");
     if (!found) {
       rest.push(error);
       continue;
     }
     const index = Number(found[1]);
     const fields = entries.get(index) ?? new Map();
-    const name = found[2] ?? found[3] ?? "";
-    fields.set(name, [fields.get(name), said(error.detail)].filter(Boolean).join(" "));
+    const name = found[2] ?? found[4] ?? "";
+    // A place inside a parameter is told twice: editors of lists show the place, other fields what is said of them.
+    for (const place of found[3] ? [name, name + found[3]] : [name]) fields.set(place, [fields.get(place), said(error.detail)].filter(Boolean).join(" "));
     entries.set(index, fields);
   }
   return { entries, rest };

@@ -7,6 +7,7 @@ import { t } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatBytes, formatDuration } from "../js/numbers.js";
 import { go, rememberQuery, routeTo } from "../js/router.js";
+import { pathsOf } from "../js/regions.js";
 import { placeErrors } from "../js/schema.js";
 import { setTitle } from "../components/app-frame.js";
 import { takeDropped } from "../components/drop-zone.js";
@@ -38,6 +39,8 @@ class NewPage extends HTMLElement {
   beside = h("div");
   /** @type {(() => void) | null} */
   unwatch = null;
+  /** The plan that was last asked for, by what it shows. @type {{key: string, paths: Promise<import("../js/regions.js").Path[]>} | null} */
+  planOf = null;
 
   async connectedCallback() {
     setTitle(t("compose.title"));
@@ -74,6 +77,7 @@ class NewPage extends HTMLElement {
     this.entries = /** @type {AlgorithmEntries} */ (document.createElement("algorithm-entries"));
     this.entries.algorithms = this.algorithms ?? [];
     this.entries.onchanged = () => this.remember();
+    this.entries.paths = () => this.paths();
     this.upload = /** @type {RecordingUpload} */ (document.createElement("recording-upload"));
     this.upload.onuploaded = (recording) => this.take(recording);
     this.picker = h("div", { class: "picker", role: "radiogroup", "aria-label": t("compose.recording") });
@@ -270,6 +274,18 @@ class NewPage extends HTMLElement {
     const seed = this.seed ? { seed: this.seed } : {};
     const together = [this.recording?.id, ...this.together];
     return together.length > 1 ? { recording_ids: together, ...seed } : { recording_id: this.recording?.id, ...seed };
+  }
+
+  /** The plan of what the run works on, for polygons in the forms. */
+  async paths() {
+    const scenario = this.mode === "scenario" ? this.trials?.read().request.scenario : null;
+    const key = JSON.stringify(scenario ?? this.recording?.id ?? null);
+    if (this.planOf?.key !== key) {
+      const asked = scenario ? post("scenarios/preview", scenario).then((answer) => answer.charts.plan)
+        : this.recording?.state === "ready" ? get(`recordings/${this.recording.id}/charts/plan`, { signal: this.stop?.signal }) : Promise.resolve(undefined);
+      this.planOf = { key, paths: asked.then(pathsOf) };
+    }
+    return this.planOf.paths;
   }
 
   async submit() {
