@@ -55,6 +55,19 @@ class Server:
         assert port is not None
         return port
 
+    def ask(self, path: str, body: Any = None, method: str | None = None) -> Any:
+        """Ask the API as a script does; with a body it is told something."""
+        head = {"Authorization": f"Bearer {self.token}", "Content-Type": "application/json"}
+        data = None if body is None else json.dumps(body).encode()
+        request = urllib.request.Request(f"{self.url}/api/v1/{path}", data, head, method=method)
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return json.loads(answer.read() or b"null")
+
+    def sample_run(self, words: str) -> dict[str, Any]:
+        """The run on the sample whose name holds these words."""
+        (run,) = (run for run in self.ask("runs?tag=sample")["items"] if words in run["label"])
+        return dict(run)
+
 
 @dataclass
 class Visit:
@@ -155,14 +168,10 @@ def chromium_program() -> str | None:
 
 def wait_for_sample(server: Server) -> None:
     """Wait for the runs that a new server starts by itself, a while after it is ready: tests begin with them."""
-    request = urllib.request.Request(
-        f"{server.url}/api/v1/runs?state=succeeded", headers={"Authorization": f"Bearer {server.token}"}
-    )
     deadline = time.monotonic() + START_TIMEOUT_S
     while time.monotonic() < deadline:
-        with urllib.request.urlopen(request, timeout=30) as answer:
-            if len(json.load(answer)["items"]) >= len(SAMPLES):
-                return
+        if len(server.ask("runs?state=succeeded")["items"]) >= len(SAMPLES):
+            return
         time.sleep(0.1)
     pytest.fail(f"the sample was not run after {START_TIMEOUT_S} s")
 

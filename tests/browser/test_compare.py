@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 import time
-import urllib.request
 from collections.abc import Callable
 from typing import Any
 
@@ -19,30 +17,17 @@ from tests.browser.conftest import Server, Visit
 pytestmark = [pytest.mark.browser, pytest.mark.slow]  # whole flows: CI runs them, the quick suite does not
 
 
-def ask(server: Server, method: str, path: str, body: Any = None) -> Any:
-    """Ask the API as a script does."""
-    request = urllib.request.Request(
-        f"{server.url}/api/v1/{path}",
-        data=None if body is None else json.dumps(body).encode(),
-        headers={"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"},
-        method=method,
-    )
-    with urllib.request.urlopen(request, timeout=30) as answer:
-        text = answer.read()
-    return json.loads(text) if text else None
-
-
 def finished_run(server: Server, **body: Any) -> dict[str, Any]:
     """Run something on the sample's recording and wait for it."""
     deadline = time.monotonic() + 180
-    while not (recordings := ask(server, "GET", "recordings?text=sample_marks")["items"]):
+    while not (recordings := server.ask("recordings?text=sample_marks")["items"]):
         assert time.monotonic() < deadline
         time.sleep(0.1)
-    run: dict[str, Any] = ask(server, "POST", "runs", {"recording_id": recordings[-1]["id"], **body})
+    run: dict[str, Any] = server.ask("runs", {"recording_id": recordings[-1]["id"], **body})
     while run["state"] in ("queued", "running"):
         assert time.monotonic() < deadline, run
         time.sleep(0.05)
-        run = ask(server, "GET", f"runs/{run['id']}")
+        run = server.ask(f"runs/{run['id']}")
     assert run["state"] == "succeeded", run["error"]
     return run
 
@@ -129,7 +114,7 @@ def test_a_run_is_run_again_with_everything_filled_in(
     page.get_by_role("button", name="Start", exact=True).click()
     expect(page).to_have_url(re.compile("#/runs/[0-9a-f]+"))
     expect(page.locator(".run-head .state")).to_have_text("succeeded")
-    run = ask(server, "GET", "runs?tag=second")["items"][0]
+    run = server.ask("runs?tag=second")["items"][0]
     assert (run["label"], run["seed"]) == ("again", 7)
     assert run["algorithms"] == pair[1]["algorithms"]
 
@@ -139,7 +124,7 @@ def test_older_runs_are_fetched_on_request(visit: Callable[..., Visit], server: 
     page = visited.page
     # One run to a page: what is tested is the way of the cursor, not the size of the page.
     page.route("**/api/v1/runs?*", lambda route: route.continue_(url=route.request.url.replace("limit=50", "limit=1")))
-    total = len(ask(server, "GET", "runs?limit=500")["items"])
+    total = len(server.ask("runs?limit=500")["items"])
     visited.open("#/runs")
     expect(rows(page)).to_have_count(1)
     for count in range(2, min(total, 4) + 1):
@@ -215,7 +200,7 @@ def test_a_run_that_is_gone_leaves_the_others(
     visit: Callable[..., Visit], server: Server, pair: list[dict[str, Any]]
 ) -> None:
     doomed = finished_run(server, label="doomed", algorithms=[{"name": "single_mark"}])
-    ask(server, "DELETE", f"runs/{doomed['id']}")
+    server.ask(f"runs/{doomed['id']}", method="DELETE")
     page = visit().open(f"#/compare?run={pair[0]['id']}&run={doomed['id']}&run={pair[1]['id']}")
     expect(page.get_by_role("alert")).to_contain_text("run_not_found")
     page.get_by_role("link", name="Compare the other 2").click()

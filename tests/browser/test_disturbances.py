@@ -18,7 +18,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import STEP_TIMEOUT_MS, TOKEN, Server, Visit, free_port, wait_for_sample, wait_until_ready
-from tests.browser.test_compare import ask, finished_run
+from tests.browser.test_compare import finished_run
 from tests.browser.test_page import forwarded, sample_run
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]  # whole flows: CI runs them, the quick suite does not
@@ -65,7 +65,7 @@ def uploaded(server: Server, repository: Path, name: str) -> dict[str, Any]:
     while answer["state"] == "parsing":
         assert time.monotonic() < deadline
         time.sleep(0.05)
-        answer = ask(server, "GET", f"recordings/{answer['id']}")
+        answer = server.ask(f"recordings/{answer['id']}")
     assert answer["state"] == "ready", answer
     return dict(answer)
 
@@ -89,7 +89,7 @@ def test_a_restarted_server_is_found_again_by_every_page(visit: Callable[..., Vi
         pages = {route: visited.open("#/runs", first.token) for route, visited in visits.items()}
         run = sample_run(pages["run"])
         visits["run"].follow(run)
-        (marks,) = (r for r in ask(first, "GET", "recordings")["items"] if r["kind"] == "toa_marks")
+        (marks,) = (r for r in first.ask("recordings")["items"] if r["kind"] == "toa_marks")
         visits["#/new"].follow(f"#/new?recording={marks['id']}")
         expect(pages["run"].locator("chart-panel[data-drawn]").first).to_be_visible()
         pages["#/new"].locator("[data-add=rdf]").click()
@@ -100,11 +100,14 @@ def test_a_restarted_server_is_found_again_by_every_page(visit: Callable[..., Vi
     expect(row(pages["#/runs"], "Sample: three algorithms")).to_be_visible()
     expect(pages["run"].locator(".verdict")).to_be_visible()
     expect(pages["#/new"].locator("[data-algorithm]")).to_have_count(1)
+    # What is said for some seconds may be gone again before anybody looks.
+    pages["#/runs"].evaluate("""() => { window.said = ""; const area = document.querySelector("toast-area");
+      new MutationObserver(() => { window.said += area.innerText }).observe(area, { childList: true }) }""")
     with serving(tmp_path, port) as second:
         for page in pages.values():
             expect(page.locator(".lost")).to_be_hidden()
-        expect(pages["#/runs"].locator("toast-area")).to_contain_text("answers again")
-        ask(second, "PATCH", run.removeprefix("#/"), {"label": "after the restart"})
+        pages["#/runs"].wait_for_function("() => window.said.includes('answers again')")
+        second.ask(run.removeprefix("#/"), {"label": "after the restart"}, method="PATCH")
         expect(row(pages["#/runs"], "after the restart")).to_be_visible()
         expect(pages["run"].locator(".run-head h1")).to_have_text("after the restart")
         start = pages["#/new"].get_by_role("button", name="Start", exact=True)
@@ -155,7 +158,7 @@ def test_a_recording_is_deleted_while_in_use(visit: Callable[..., Visit], server
     reading = composing.context.new_page()
     reading.goto(f"{server.url}/#/recordings/{recording['id']}")
     expect(reading.get_by_role("heading", name="wanted")).to_be_visible()
-    ask(server, "DELETE", f"recordings/{recording['id']}")
+    server.ask(f"recordings/{recording['id']}", method="DELETE")
     expect(composing.get_by_role("alert")).to_contain_text("it was deleted")
     expect(start).to_be_disabled()
     expect(composing.locator(".startbar [role=status]")).to_have_text("")
@@ -235,7 +238,7 @@ def test_two_servers_forwarded_to_one_browser(visit: Callable[..., Visit], serve
         second = first.context.new_page()
         second.goto(f"http://localhost:{ports[1]}/?token={other.token}#/runs")
         sample_run(second)
-        ask(other, "PATCH", sample_run(second).removeprefix("#/"), {"label": "of the other server"})
+        other.ask(sample_run(second).removeprefix("#/"), {"label": "of the other server"}, method="PATCH")
         expect(row(second, "of the other server")).to_be_visible()
         first.reload()
         sample_run(first)

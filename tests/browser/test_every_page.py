@@ -7,10 +7,8 @@ that a new page or tab is looked at without a line here.
 from __future__ import annotations
 
 import contextlib
-import json
 import re
 import time
-import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -52,20 +50,12 @@ def test_the_table_of_the_router_is_understood() -> None:
     assert len(PAGES) + sum(PAGES.values()) == len(modules)
 
 
-def ask(server: Server, path: str, body: Any = None, method: str | None = None) -> Any:
-    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"}
-    data = None if body is None else json.dumps(body).encode()
-    request = urllib.request.Request(f"{server.url}/api/v1/{path}", data, head, method=method)
-    with urllib.request.urlopen(request) as answer:
-        return json.loads(answer.read() or b"null")
-
-
 @pytest.fixture(scope="module")
 def routes(server: Server) -> Iterator[dict[str, list[str]]]:
     """Addresses of each page: its list, each kind of thing in it, and what else it can show."""
     deadline = time.monotonic() + 180
     # The samples of other families may be done sooner.
-    while not (done := ask(server, "runs?state=succeeded&algorithm=rdf")["items"]):
+    while not (done := server.ask("runs?state=succeeded&algorithm=rdf")["items"]):
         assert time.monotonic() < deadline
         time.sleep(0.1)
     sample = done[-1]
@@ -79,8 +69,8 @@ def routes(server: Server) -> Iterator[dict[str, list[str]]]:
             "tags": [UNBROKEN[:60]],
         },
     )
-    made = [ask(server, "runs", body)["id"] for body in bodies]
-    while any(ask(server, f"runs/{run}")["state"] in ("queued", "running") for run in made):
+    made = [server.ask("runs", body)["id"] for body in bodies]
+    while any(server.ask(f"runs/{run}")["state"] in ("queued", "running") for run in made):
         assert time.monotonic() < deadline
         time.sleep(0.1)
     more = {
@@ -92,13 +82,13 @@ def routes(server: Server) -> Iterator[dict[str, list[str]]]:
     for name, has_things in PAGES.items():
         found[name] = [f"#/{name}", *more.get(name, [])]
         if has_things:
-            things = ask(server, name)["items"]
+            things = server.ask(name)["items"]
             assert things, f"nothing to show on the page of one of {name}"
             found[name] += [f"#/{name}/{thing.get('id') or thing['name']}" for thing in things[:4]]
     found["nowhere"] = ["#/nowhere"]
     yield found
     for run in made:
-        ask(server, f"runs/{run}", method="DELETE")
+        server.ask(f"runs/{run}", method="DELETE")
 
 
 def views(visited: Visit, routes: list[str]) -> Iterator[str]:

@@ -7,7 +7,6 @@ import re
 import urllib.request
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from playwright.sync_api import expect
@@ -21,21 +20,9 @@ pytestmark = [pytest.mark.browser, pytest.mark.slow]
 LABELS = ("forward_scatter_ml", "forward_scatter_lines", "forward_scatter_angle")
 
 
-def ask(server: Server, path: str, body: Any = None) -> Any:
-    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"}
-    data = None if body is None else json.dumps(body).encode()
-    with urllib.request.urlopen(urllib.request.Request(f"{server.url}/api/v1/{path}", data, head)) as answer:
-        return json.load(answer)
-
-
-def sample_run(server: Server) -> str:
-    (run,) = (r for r in ask(server, "runs?tag=sample")["items"] if "base line" in r["label"])
-    return str(run["id"])
-
-
 def test_the_sample_shows_three_passes(visit: Callable[..., Visit], server: Server) -> None:
     visited = visit()
-    page = visited.open(f"#/runs/{sample_run(server)}")
+    page = visited.open(f"#/runs/{server.sample_run('base line')['id']}")
     passes = drawn(page, "Passes across the base line")
     for label in LABELS:
         (path,) = passes.traces(role="series", label=label)
@@ -61,7 +48,7 @@ def test_the_sample_shows_three_passes(visit: Callable[..., Visit], server: Serv
 def test_a_row_of_the_passes_shows_its_time_alone(visit: Callable[..., Visit], server: Server) -> None:
     """By the keyboard: Enter looks at the second pass, also in charts drawn later; Enter again at everything."""
     visited = visit()
-    page = visited.open(f"#/runs/{sample_run(server)}")
+    page = visited.open(f"#/runs/{server.sample_run('base line')['id']}")
     whole = drawn(page, "What is known of the crossing")["x_range"]
     assert whole[1] - whole[0] > 250
     page.get_by_role("tab", name=re.compile("Tracks")).click()
@@ -114,9 +101,9 @@ def test_places_are_typed_on_the_page(visit: Callable[..., Visit], server: Serve
     expect(page.get_by_role("region", name="Receivers")).to_contain_text("-129.9")
     read = page.url.rpartition("/")[2]
     assert read != recording
-    made = ask(server, f"recordings/{read}")["site"]
+    made = server.ask(f"recordings/{read}")["site"]
     assert made["wavelength_m"] == 1
-    run = ask(server, "runs", {"recording_id": read, "algorithms": [{"name": "forward_scatter_ml"}]})
+    run = server.ask("runs", {"recording_id": read, "algorithms": [{"name": "forward_scatter_ml"}]})
     assert "id" in run
     # Now it is folded, and holds what was typed.
     page.get_by_text("Change the places").click()
@@ -127,7 +114,7 @@ def test_places_are_typed_on_the_page(visit: Callable[..., Visit], server: Serve
 def test_the_form_has_the_choices_of_the_paper(visit: Callable[..., Visit], server: Server) -> None:
     """What is chosen there is what the run was given: a formula is a number, a rule a word."""
     visited = visit()
-    recordings = ask(server, "recordings?kind=doppler_pairs")["items"]
+    recordings = server.ask("recordings?kind=doppler_pairs")["items"]
     (recording,) = (r for r in recordings if r["name"] == "sample_dopplers.csv")
     page = visited.open(f'#/new?recording={recording["id"]}&a={{"name":"forward_scatter_lines"}}')
     page.get_by_label("Formula", exact=True).wait_for()
@@ -135,14 +122,14 @@ def test_the_form_has_the_choices_of_the_paper(visit: Callable[..., Visit], serv
     page.get_by_label("Crossing is kept", exact=True).select_option("c")
     page.get_by_role("button", name="Start", exact=True).click()
     expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=120_000)
-    run = ask(server, f"runs/{page.url.rpartition('/')[2]}")
+    run = server.ask(f"runs/{page.url.rpartition('/')[2]}")
     assert run["algorithms"][0]["parameters"] == {"formula": 19, "freeze_rule": "c"}
     visited.assert_clean()
 
 
 def test_trials_show_both_bounds_and_a_study_its_verdicts(visit: Callable[..., Visit], server: Server) -> None:
     visited = visit()
-    study = ask(server, "runs", {"study": "forward_scatter_figure_2", "trials": 64})
+    study = server.ask("runs", {"study": "forward_scatter_figure_2", "trials": 64})
     page = visited.open(f"#/runs/{study['id']}")
     expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=180_000)
     errors = drawn(page, "Error of the crossing distance over trials")
@@ -164,7 +151,7 @@ def test_trials_show_both_bounds_and_a_study_its_verdicts(visit: Callable[..., V
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_speaks_russian_and_fits_a_telephone(visit: Callable[..., Visit], server: Server, scheme: str) -> None:
-    run = sample_run(server)
+    run = server.sample_run("base line")["id"]
     visited = visit(locale="ru-RU", color_scheme=scheme, viewport={"width": 390, "height": 844})
     page = visited.open(f"#/runs/{run}")
     drawn(page, "Пролёты через базу")

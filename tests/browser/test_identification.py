@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
-import urllib.request
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 from playwright.sync_api import expect
@@ -20,20 +17,8 @@ pytestmark = [pytest.mark.browser, pytest.mark.slow]
 LABELS = ("pairwise_test", "assignment", "track_association")
 
 
-def ask(server: Server, path: str, body: Any = None) -> Any:
-    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"}
-    data = None if body is None else json.dumps(body).encode()
-    with urllib.request.urlopen(urllib.request.Request(f"{server.url}/api/v1/{path}", data, head)) as answer:
-        return json.load(answer)
-
-
-def sample_run(server: Server) -> str:
-    (run,) = (r for r in ask(server, "runs?tag=sample")["items"] if "one aircraft" in r["label"])
-    return str(run["id"])
-
-
 def test_the_sample_shows_pairs_probabilities_and_the_turned_radar(visit: Callable[..., Visit], server: Server) -> None:
-    run = sample_run(server)
+    run = server.sample_run("one aircraft")["id"]
     visited = visit()
     page = visited.open(f"#/runs/{run}")
     pairs = drawn(page, "Pairs with the regions of their errors")
@@ -42,9 +27,9 @@ def test_the_sample_shows_pairs_probabilities_and_the_turned_radar(visit: Callab
     matrix = drawn(page, "Probabilities of the pairs of one look")
     assert [t["name"] for t in matrix.traces(role="truth")] == ["accepted"]
     assert drawn(page, "Statistic of the pairs").traces(role="bound")
-    names = {chart["name"] for chart in ask(server, f"runs/{run}/charts")["items"]}
+    names = {chart["name"] for chart in server.ask(f"runs/{run}/charts")["items"]}
     assert not {name for name in names if name.startswith("trials_")}, "what trials show has no place on a recording"
-    notes = ask(server, f"runs/{run}")["notes"]["assignment"]
+    notes = server.ask(f"runs/{run}")["notes"]["assignment"]
     alarms = [note["detail"] for note in notes if note["code"] == "registration_alarm"]
     assert len(alarms) == 1
     assert "east" in alarms[0]
@@ -62,7 +47,7 @@ def test_the_sample_shows_pairs_probabilities_and_the_turned_radar(visit: Callab
 
 
 def test_the_paper_s_table_stands_beside_the_printed_one(visit: Callable[..., Visit], server: Server) -> None:
-    study = ask(server, "runs", {"study": "identification_table_1", "trials": 256})
+    study = server.ask("runs", {"study": "identification_table_1", "trials": 256})
     visited = visit()
     page = visited.open(f"#/runs/{study['id']}")
     expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=180_000)
@@ -85,7 +70,7 @@ def test_the_paper_s_table_stands_beside_the_printed_one(visit: Callable[..., Vi
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_speaks_russian_and_fits_a_telephone(visit: Callable[..., Visit], server: Server, scheme: str) -> None:
-    run = sample_run(server)
+    run = server.sample_run("one aircraft")["id"]
     visited = visit(locale="ru-RU", color_scheme=scheme, viewport={"width": 390, "height": 844})
     page = visited.open(f"#/runs/{run}")
     drawn(page, "Пары с областями их ошибок")

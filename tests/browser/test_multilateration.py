@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
-import urllib.request
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 from playwright.sync_api import expect
@@ -18,21 +15,14 @@ from tests.browser.russian import english_left
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 
-def ask(server: Server, path: str, body: Any = None) -> Any:
-    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"}
-    data = None if body is None else json.dumps(body).encode()
-    with urllib.request.urlopen(urllib.request.Request(f"{server.url}/api/v1/{path}", data, head)) as answer:
-        return json.load(answer)
-
-
 @pytest.fixture(scope="module")
 def run(server: Server) -> str:
-    recording = ask(server, "scenarios/recording", {"preset": "four_station_incomplete", "parameters": {}, "seed": 3})
+    recording = server.ask("scenarios/recording", {"preset": "four_station_incomplete", "parameters": {}, "seed": 3})
     algorithms = [
         {"name": "mlat_imm", "parameters": {"missing_altitude": "held"}},
         {"name": "rdfv", "parameters": {"emitters": "separate"}},
     ]
-    return str(ask(server, "runs", {"algorithms": algorithms, "recording_id": recording["id"]})["id"])
+    return str(server.ask("runs", {"algorithms": algorithms, "recording_id": recording["id"]})["id"])
 
 
 def test_what_stands_in_the_bias_and_the_receivers_are_drawn(

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
-import urllib.request
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 from playwright.sync_api import expect
@@ -20,20 +17,8 @@ pytestmark = [pytest.mark.browser, pytest.mark.slow]
 LABELS = ("multiple_model", "mma2_122", "switched_kalman", "model_smoother")
 
 
-def ask(server: Server, path: str, body: Any = None) -> Any:
-    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"}
-    data = None if body is None else json.dumps(body).encode()
-    with urllib.request.urlopen(urllib.request.Request(f"{server.url}/api/v1/{path}", data, head)) as answer:
-        return json.load(answer)
-
-
-def sample_run(server: Server) -> str:
-    (run,) = (r for r in ask(server, "runs?tag=sample")["items"] if "before an antenna" in r["label"])
-    return str(run["id"])
-
-
 def test_the_sample_shows_models_and_the_manoeuvre(visit: Callable[..., Visit], server: Server) -> None:
-    run = sample_run(server)
+    run = server.sample_run("before an antenna")["id"]
     visited = visit()
     page = visited.open(f"#/runs/{run}")
     models = drawn(page, "Probabilities of the models")
@@ -52,7 +37,7 @@ def test_the_sample_shows_models_and_the_manoeuvre(visit: Callable[..., Visit], 
 
 
 def test_a_study_shows_curves_with_the_bound_and_its_verdicts(visit: Callable[..., Visit], server: Server) -> None:
-    study = ask(server, "runs", {"study": "multiple_model_figures_1hz", "trials": 64})
+    study = server.ask("runs", {"study": "multiple_model_figures_1hz", "trials": 64})
     visited = visit()
     page = visited.open(f"#/runs/{study['id']}")
     expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=180_000)
@@ -70,7 +55,7 @@ def test_a_study_shows_curves_with_the_bound_and_its_verdicts(visit: Callable[..
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_speaks_russian_and_fits_a_telephone(visit: Callable[..., Visit], server: Server, scheme: str) -> None:
-    run = sample_run(server)
+    run = server.sample_run("before an antenna")["id"]
     visited = visit(locale="ru-RU", color_scheme=scheme, viewport={"width": 360, "height": 740})
     page = visited.open(f"#/runs/{run}")
     drawn(page, "Вероятности моделей")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 import time
-import urllib.request
 from collections.abc import Callable
 from typing import Any
 
@@ -21,21 +19,9 @@ pytestmark = [pytest.mark.browser, pytest.mark.slow]
 LABELS = ("imm_tracker", "curvature_tracker")
 
 
-def ask(server: Server, path: str, body: dict[str, Any] | None = None) -> Any:
-    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"}
-    data = None if body is None else json.dumps(body).encode()
-    with urllib.request.urlopen(urllib.request.Request(f"{server.url}/api/v1/{path}", data, head)) as answer:
-        return json.load(answer)
-
-
-def sample_run(server: Server) -> dict[str, Any]:
-    (run,) = (r for r in ask(server, "runs?tag=sample")["items"] if "ten aircraft" in r["label"])
-    return dict(ask(server, f"runs/{run['id']}"))
-
-
 def finished(server: Server, recording: str, algorithms: list[dict[str, Any]]) -> str:
-    run = ask(server, "runs", {"recording_id": recording, "algorithms": algorithms, "seed": 1})["id"]
-    while (state := ask(server, f"runs/{run}")["state"]) not in ("succeeded", "failed"):
+    run = server.ask("runs", {"recording_id": recording, "algorithms": algorithms, "seed": 1})["id"]
+    while (state := server.ask(f"runs/{run}")["state"]) not in ("succeeded", "failed"):
         time.sleep(0.2)
     assert state == "succeeded"
     return str(run)
@@ -44,7 +30,7 @@ def finished(server: Server, recording: str, algorithms: list[dict[str, Any]]) -
 def test_the_sample_shows_tracks_and_tells_what_became_of_every_plot(
     visit: Callable[..., Visit], server: Server
 ) -> None:
-    run = sample_run(server)["id"]
+    run = server.sample_run("ten aircraft")["id"]
     visited = visit()
     page = visited.open(f"#/runs/{run}")
     plan = drawn(page, "Plan")
@@ -69,7 +55,7 @@ def test_the_sample_shows_tracks_and_tells_what_became_of_every_plot(
 
 
 def test_what_was_asked_is_passed_or_not(visit: Callable[..., Visit], server: Server) -> None:
-    source = sample_run(server)["source"]
+    source = server.sample_run("ten aircraft")["source"]
     asked = {"required_rms_m": 200, "required_tracked_share": 0.9, "allowed_switches": 0}
     run = finished(server, source["recording_id"], [{"name": "imm_tracker", "parameters": asked}])
     visited = visit()
@@ -84,7 +70,7 @@ def test_what_was_asked_is_passed_or_not(visit: Callable[..., Visit], server: Se
 
 def test_tracks_of_two_radars_are_joined(visit: Callable[..., Visit], server: Server) -> None:
     given = {"preset": "two_radars_tracks", "parameters": {}, "seed": 1, "name": "two radars"}
-    recording = ask(server, "scenarios/recording", given)["id"]
+    recording = server.ask("scenarios/recording", given)["id"]
     run = finished(server, recording, [{"name": "imm_tracker"}])
     visited = visit()
     page = visited.open(f"#/runs/{run}?tab=joins")
@@ -98,7 +84,7 @@ def test_tracks_of_two_radars_are_joined(visit: Callable[..., Visit], server: Se
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_speaks_russian_and_fits_a_telephone(visit: Callable[..., Visit], server: Server, scheme: str) -> None:
-    run = sample_run(server)["id"]
+    run = server.sample_run("ten aircraft")["id"]
     visited = visit(locale="ru-RU", color_scheme=scheme, viewport={"width": 390, "height": 844})
     page = visited.open(f"#/runs/{run}?tab=requirements")
     drawn(page, "Непрерывность трасс")

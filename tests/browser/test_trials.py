@@ -6,7 +6,6 @@ import json
 import re
 import subprocess
 import sys
-import urllib.request
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
@@ -28,16 +27,9 @@ SHORT = {"preset": "four_station_circuit", "parameters": {"duration_s": 59, "leg
 ENTRIES = [{"name": "rdf"}, {"name": "rdfv"}]
 
 
-def ask(server: Server, path: str, body: Any = None) -> Any:
-    head = {"Authorization": f"Bearer {server.token}", "Content-Type": "application/json"}
-    data = None if body is None else json.dumps(body).encode()
-    with urllib.request.urlopen(urllib.request.Request(f"{server.url}/api/v1/{path}", data, head)) as answer:
-        return json.load(answer)
-
-
 def started(server: Server, **changes: Any) -> str:
     body = {"scenario": {"preset": "four_station_circuit"}, "trials": 20, "algorithms": ENTRIES} | changes
-    return str(ask(server, "runs", {k: v for k, v in body.items() if v is not None})["id"])
+    return str(server.ask("runs", {k: v for k, v in body.items() if v is not None})["id"])
 
 
 def finished(page: Page) -> None:
@@ -91,14 +83,14 @@ def test_what_is_copied_runs(visit: Callable[..., Visit], server: Server) -> Non
     for one in (run, study):
         page = visited.open(f"#/runs/{one}")
         finished(page)
-        sent = ask(server, f"runs/{one}")
+        sent = server.ask(f"runs/{one}")
         for button, program in (("Copy as curl", ["sh", "-c"]), ("Copy as Python", [sys.executable, "-c"])):
             page.get_by_role("button", name=button).click()
             text = page.evaluate("navigator.clipboard.readText()")
             environment = {"FILTERROOM_TOKEN": server.token, "PATH": "/usr/local/bin:/usr/bin:/bin"}
             done = subprocess.run([*program, text], env=environment, capture_output=True, text=True, timeout=120)
             assert done.returncode == 0, done.stderr + done.stdout
-            again = ask(server, "runs?limit=1")["items"][0]
+            again = server.ask("runs?limit=1")["items"][0]
             assert again["id"] != one
             assert {k: again["source"].get(k) for k in ("scenario", "sweep", "study")} == {
                 k: sent["source"].get(k) for k in ("scenario", "sweep", "study")
@@ -219,7 +211,7 @@ def test_numbers_grow_while_trials_run(visit: Callable[..., Visit], server: Serv
     expect(page.locator(".run-head .state")).to_have_text("cancelled")
     page.unroute_all()
     expect(page.get_by_role("button", name="Cancel", exact=True)).to_have_count(0)
-    assert ask(server, f"runs/{run}")["state"] == "cancelled"
+    assert server.ask(f"runs/{run}")["state"] == "cancelled"
     # Its workers are free: another run comes to its end.
     page = visited.open(f"#/runs/{started(server, scenario=SHORT, trials=2)}")
     finished(page)
