@@ -99,7 +99,9 @@ class StudyRun:
         for name, text in same.items():
             keep &= Texts.of(table.columns[name]).are(text)
         for name, number in swept.items():
-            column = next(c for c in table.names if c.rpartition(".")[2] == name)
+            # Where several algorithms sweep a parameter of one name, each has a column of its own.
+            own = f"{same.get('label')}.{name}"
+            column = own if own in table.names else next(c for c in table.names if c.rpartition(".")[2] == name)
             keep &= np.asarray(table.columns[column], float) == number
         return np.flatnonzero(keep)
 

@@ -19,6 +19,8 @@ SHARES = {
     "assignment_correct": (0.98, 0.95),
     "plot_nees": (1.0, 1.1),
     "false_rejection": (0.011, 0.02),
+    "lowest_share": (0.4, 0.9),
+    "rms_series_m": (17.0, 139.0),
 }
 
 

@@ -55,7 +55,7 @@ def bound(recording: PolarPlots, parameters: TrackerParameters) -> Floats | None
     truth = truth_of(recording, time)
     if truth is None:
         return None
-    seen = _seen(recording, feed.plots.scans, truth.names)
+    seen = seen_of(recording, feed.plots.scans, truth.names)
     priors = None
     if isinstance(parameters, CurvatureParameters):
         priors = parameters.sd_acceleration_mps2, parameters.sd_normal_mps2
@@ -157,7 +157,7 @@ def _weight(place: Floats, feed: Feed) -> Floats:
     return out
 
 
-def _seen(recording: PolarPlots, scans: tuple[Scan, ...], names: tuple[str, ...]) -> Floats:
+def seen_of(recording: PolarPlots, scans: tuple[Scan, ...], names: tuple[str, ...]) -> Floats:
     """(S, K) share of trials in which a scan has a plot of a target."""
     lanes = recording.range_m.shape[1]
     place = {name: k for k, name in enumerate(names)}

@@ -35,16 +35,16 @@ from algorithms.plot_tracking.curvature_scan import (
 )
 from algorithms.plot_tracking.curve_fit import Limits
 from algorithms.plot_tracking.gates import radius_of
-from algorithms.plot_tracking.history import Estimates, Floats, History, Ints
+from algorithms.plot_tracking.history import Estimates, History, Ints
 from algorithms.plot_tracking.joined import joining_of
 from algorithms.plot_tracking.measures import measure
 from algorithms.plot_tracking.parameters import CurvatureParameters
+from algorithms.plot_tracking.placed import covariances_of, placed
 from algorithms.plot_tracking.plots import Scan
 from algorithms.plot_tracking.radars import Feed, feeds_of
 from algorithms.plot_tracking.scoring import score_result
 from algorithms.plot_tracking.tables import tabulate
 from algorithms.plot_tracking.track_table import TrackTable
-from algorithms.plot_tracking.window import covariance_of
 from algorithms.recording import PolarPlots
 from algorithms.result import Result, Setting
 from algorithms.scores import Scores
@@ -184,8 +184,8 @@ def _estimates(scan: Scan, taken: Taken, tracks: TrackTable) -> Estimates:
     ahead = np.where(hit, 0.0, scan.time_s - tracks.last_s[which])
     p = shifted(tracks.p[:, which], ahead)
     north, east, course, speed, a, curvature = p
-    full = _covariances(tracks.information[:, :, which])
-    place = _placed(full, p, ahead)
+    full = covariances_of(tracks.information[:, :, which])
+    place = placed(full, p, ahead)
     role = np.where(hit, taken.distance[plot], np.nan) if plot.size else np.empty(0)
     return Estimates(
         lane=tracks.lane[which],
@@ -210,30 +210,6 @@ def _estimates(scan: Scan, taken: Taken, tracks: TrackTable) -> Estimates:
         nis=role,
         weights=np.empty((which.size, 0)),
     )
-
-
-def _covariances(information: Floats) -> Floats:
-    """(6, 6, E); a line knows nothing of acceleration and curvature, and its rows of them are zero."""
-    out = np.zeros_like(information)
-    straight = information[5, 5] == 0
-    line, curved = np.flatnonzero(straight), np.flatnonzero(~straight)
-    out[:4, :4, line] = covariance_of(information[:4, :4, line])
-    out[:, :, curved] = covariance_of(information[:, :, curved])
-    return out
-
-
-def _placed(covariance: Floats, p: Floats, ahead: Floats) -> Floats:
-    """(E, 4, 4) of east, north and their velocities; while coasting the uncertain velocity widens it."""
-    course, speed = p[2], p[3]
-    sin, cos = np.sin(course), np.cos(course)
-    to = np.zeros((4, 6, ahead.size))
-    to[0, 1] = to[1, 0] = 1.0
-    to[0, 2], to[1, 2] = ahead * speed * cos, -ahead * speed * sin
-    to[0, 3], to[1, 3] = ahead * sin, ahead * cos
-    to[2, 2], to[3, 2] = speed * cos, -speed * sin
-    to[2, 3], to[3, 3] = sin, cos
-    out: Floats = np.einsum("ime,mne,jne->eij", to, covariance, to)
-    return out
 
 
 def score(recording: PolarPlots, parameters: CurvatureParameters, context: RunContext) -> Scores:

@@ -131,8 +131,8 @@ def quadratic_start(window: Window) -> Floats:
     return np.stack([x0, y0, np.arctan2(vy, vx), speed, (vx * ax + vy * ay) / speed, (vx * ay - vy * ax) / speed**3])
 
 
-def three_point_start(window: Window) -> Floats:
-    """Parameters of the curve through the oldest, the middle (nearest to mid-span) and the newest plot, (6, W)."""
+def three_point_plots(window: Window) -> tuple[Floats, Floats, Floats]:
+    """Ranges, azimuths and instants, (3, W) each, of the oldest, a middle (nearest to mid-span) and the newest plot."""
     first = np.argmax(window.known, axis=0)
     at = np.arange(window.rho.shape[1])
     start = window.t[first, at]
@@ -140,8 +140,13 @@ def three_point_start(window: Window) -> Floats:
     inner = window.known & (window.t > start) & (window.t < 0)
     middle = np.argmin(np.where(inner, np.abs(window.t - 0.5 * start), np.inf), axis=0)
     rows = np.stack([first, middle, np.full(at.size, window.rho.shape[0] - 1)])
-    rho, theta = window.rho[rows, at], window.theta[rows, at]
-    return from_three_positions(rho * np.cos(theta), rho * np.sin(theta), window.t[rows, at])
+    return window.rho[rows, at], window.theta[rows, at], window.t[rows, at]
+
+
+def three_point_start(window: Window) -> Floats:
+    """Parameters of the curve through the oldest, a middle and the newest plot, (6, W)."""
+    rho, theta, t = three_point_plots(window)
+    return from_three_positions(rho * np.cos(theta), rho * np.sin(theta), t)
 
 
 def _descend(window: Window, start: Floats, prior: Floats) -> Fit:

@@ -23,7 +23,7 @@ _IMM = StudyEntry("imm_tracker", "imm", {"association": "nearest"})
 _JOINT = StudyEntry("imm_tracker", "joint", {"association": "joint"})
 
 
-def _near(claim: Claim, found: Found, expected: float, within: float, unit: str, digits: int = 0) -> Verdict:
+def near(claim: Claim, found: Found, expected: float, within: float, unit: str, digits: int = 0) -> Verdict:
     """Reproduced within this much of the reference or within its own interval, partly within twice as much."""
     off = abs(found.value - expected)
     inside = found.low - within <= expected <= found.high + within
@@ -58,7 +58,7 @@ def _judge_turn(run: StudyRun) -> Sequence[Verdict]:
         found = run.metric("rms_horizontal_m", label, leg)
         # Where tracks are lost and begin anew, the way of beginning matters: a window of straight lines is lost.
         within = (0.35 if label == "line" and leg in ("man", "rec") else 0.08) * expected
-        out.append(_near(claim, found, expected, within, "m"))
+        out.append(near(claim, found, expected, within, "m"))
     gain = run.ratio("rms_horizontal_m", "paper", "line", "man")
     better = gain.high < 1
     out.append(
@@ -72,7 +72,7 @@ def _judge_turn(run: StudyRun) -> Sequence[Verdict]:
             gain.high,
         )
     )
-    out.append(_near(_ALARMS, run.metric("manoeuvre_share", "paper", "pre"), 0.035, 0.008, "1", 3))
+    out.append(near(_ALARMS, run.metric("manoeuvre_share", "paper", "pre"), 0.035, 0.008, "1", 3))
     return out
 
 
@@ -88,7 +88,7 @@ _CROSSING_CLAIMS = tuple(
 def _judge_crossings(run: StudyRun) -> Sequence[Verdict]:
     cases = [(label, angle, value) for label, values in _CROSSINGS for angle, value in values.items()]
     return [
-        _near(claim, run.metric("switches_per_target", label, crossing_angle_deg=angle), value, 0.1, "1", 2)
+        near(claim, run.metric("switches_per_target", label, crossing_angle_deg=angle), value, 0.1, "1", 2)
         for claim, (label, angle, value) in zip(_CROSSING_CLAIMS, cases, strict=True)
     ]
 
@@ -105,7 +105,7 @@ _CLUTTER_CLAIMS = tuple(
 def _judge_clutter(run: StudyRun) -> Sequence[Verdict]:
     cases = [(label, count, value) for label, values in _CLUTTER for count, value in values.items()]
     return [
-        _near(claim, run.metric("ospa_m", label, false_plots=count), value, 0.12 * value, "m")
+        near(claim, run.metric("ospa_m", label, false_plots=count), value, 0.12 * value, "m")
         for claim, (label, count, value) in zip(_CLUTTER_CLAIMS, cases, strict=True)
     ]
 
@@ -123,7 +123,7 @@ _REACH = Claim("section 2", "a start gate for 1,000 m/s has 6 times the area of 
 def _judge_false(run: StudyRun) -> Sequence[Verdict]:
     cases = [(label, count, value) for label, values in _FALSE for count, value in values.items()]
     out = [
-        _near(claim, run.metric("false_tracks_per_scan", label, false_plots=count), value, 0.004 + 0.15 * value, "1", 4)
+        near(claim, run.metric("false_tracks_per_scan", label, false_plots=count), value, 0.004 + 0.15 * value, "1", 4)
         for claim, (label, count, value) in zip(_FALSE_CLAIMS, cases, strict=True)
     ]
     wide, narrow = (run.metric("false_tracks_per_scan", label, false_plots=100).value for label in ("paper", "slow"))
@@ -149,17 +149,18 @@ def _judge_gates(run: StudyRun) -> Sequence[Verdict]:
     for claim, (label, name, expected) in zip(_GATE_CLAIMS, cases, strict=True):
         found = run.metric(name, label)
         within = 0.1 if name == "inner_share" else 0.02
-        out.append(_near(claim, found, expected, within, "1", 3))
+        out.append(near(claim, found, expected, within, "1", 3))
     return out
 
 
 Judge = Callable[[StudyRun], Sequence[Verdict]]
 
 
-def _study(
+def study(
     name: str, title: str, summary: str, item: str, scenario: str, entries: tuple[StudyEntry, ...],
     claims: tuple[Claim, ...], judge: Judge, **more: Any,
 ) -> Study:  # fmt: skip
+    """A study of this family and its paper."""
     return Study(
         name=name, title=title, summary=summary, family="plot_tracking", paper=Reference(PAPER, item), item=item,
         scenario=scenario, entries=entries, claims=claims, judge=judge, **more,
@@ -167,7 +168,7 @@ def _study(
 
 
 STUDIES = (
-    _study(
+    study(
         "plots_wide_turn",
         "Trackers in a wide turn",
         "Position errors before, in and after a turn by 90 degrees: the paper's tracker, straight windows, the "
@@ -180,7 +181,7 @@ STUDIES = (
         trials=200,
         seed=2006,
     ),
-    _study(
+    study(
         "plots_crossing",
         "Crossing aircraft",
         "Two aircraft at one place at one instant, every tenth plot missing, ten false plots a scan: how often tracks "
@@ -195,7 +196,7 @@ STUDIES = (
         trials=64,
         seed=2006,
     ),
-    _study(
+    study(
         "plots_clutter",
         "Ten aircraft among false plots",
         "Every tenth plot missing, 0, 10 and 50 false plots a scan: the distance of the set of tracks from the set of "
@@ -210,7 +211,7 @@ STUDIES = (
         trials=32,
         seed=2006,
     ),
-    _study(
+    study(
         "plots_false_tracks",
         "Tracks of nothing",
         "False plots alone: how many tracks are confirmed in a scan, with the paper's largest speed and with 350 m/s.",
@@ -223,7 +224,7 @@ STUDIES = (
         trials=32,
         seed=2006,
     ),
-    _study(
+    study(
         "plots_gates",
         "What the gates hold",
         "Straight flight: shares of plots in the inner ellipse and in the ring of manoeuvres, for the printed gates, "

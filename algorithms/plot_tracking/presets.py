@@ -118,6 +118,36 @@ FORMATION = preset(
 )
 
 
+STEADY_S = 60.0
+
+
+def _steady(name: str, turned_deg: float, speed: float, rate_deg_s: float = 0.0) -> Target:
+    """A target that has one motion all the time and is 58 km from the radar after a minute."""
+    rate = np.radians(rate_deg_s)
+    before, half = np.pi / 2 - rate * STEADY_S, 0.5 * rate * STEADY_S
+    chord = speed * STEADY_S * np.sinc(half / np.pi)
+    start = np.array([42_000.0, 40_000.0]) - chord * np.array([np.sin(before + half), np.cos(before + half)])
+    turn = np.radians(turned_deg)
+    east, north = start[0] * np.cos(turn) + start[1] * np.sin(turn), start[1] * np.cos(turn) - start[0] * np.sin(turn)
+    course = float(np.mod(np.degrees(before + turn), 360.0))
+    end = STEADY_S + 5.0
+    return _flight(east / 1000, north / 1000, course, speed, (0.0, 0.0, rate_deg_s), end=end, name=name)
+
+
+STEADY = preset(
+    AircraftScans,
+    "SteadyScans",
+    duration_s=STEADY_S + 5.0,
+    targets=(
+        _steady("straight 200", 0.0, 200.0),
+        _steady("wide turn", 72.0, 200.0, WIDE_RATE_DEG_S),
+        _steady("tight turn", 144.0, 120.0, 3.0),
+        _steady("straight 50", 216.0, 50.0),
+        _steady("straight 20", 288.0, 20.0),
+    ),
+)
+
+
 CLUTTER_ONLY = preset(RadarScans, "ClutterScans", false_plots=50.0)
 # What flies farther from the radar than this leaves the plane.
 FARTHEST_WAY_M = 4e6

@@ -22,6 +22,7 @@ from algorithms.plot_tracking.presets import (
     FORMATION,
     OVERTAKING,
     SPEED_CHANGE,
+    STEADY,
     STRAIGHT,
     TIGHT_TURN,
     WIDE_TURN,
@@ -277,6 +278,14 @@ SCENARIOS = (
         "Formation in a turn",
         "Four aircraft in a formation of 1.5 km turn by 90 degrees at the same time.",
         FORMATION,
+        simulate_aircraft,
+    ),
+    _scenario(
+        "steady_motions",
+        "Five steady motions",
+        "Straight flight at 200, 50 and 20 m/s, a wide and a tight turn, each for a minute at 58 km: what a trajectory "
+        "fitted to the last plots is worth.",
+        STEADY,
         simulate_aircraft,
     ),
     _scenario(

@@ -80,7 +80,7 @@ def tabulate(recording: PolarPlots, result: Result) -> dict[str, Table]:
     return tables
 
 
-def _trial(trial: Ints, a: dict[str, Any]) -> Floats:
+def trial_of(trial: Ints, a: dict[str, Any]) -> Floats:
     """Trial numbers; empty for an uploaded recording, which is no trial."""
     return np.full(trial.size, np.nan) if a["decision"].shape[1] == 1 else trial.astype(float)
 
@@ -102,7 +102,7 @@ def _states(recording: PolarPlots, a: dict[str, Any], target: list[str | None]) 
     none = np.full(east.size, np.nan)
     radar = [recording.radars[i] or "radar" for i in a["estimate_radar"].tolist()]
     columns: dict[str, GivenColumn] = {
-        "trial": _trial(a["estimate_trial"], a),
+        "trial": trial_of(a["estimate_trial"], a),
         "track": a["estimate_track"].astype(float),
         "time_s": a["estimate_time_s"],
         "east_m": east,
@@ -151,7 +151,7 @@ def _tracks(recording: PolarPlots, a: dict[str, Any], m: Any) -> Table:
         if state == DROPPED and (t, n) in place:
             ended[place[t, n]] = REASONS[reason]
     columns: dict[str, GivenColumn] = {
-        "trial": _trial(tracks[0], a),
+        "trial": trial_of(tracks[0], a),
         "track": tracks[1].astype(float),
         "radar": [recording.radars[i] or None for i in radar.tolist()],
         "state": ["lives on" if reason is None else STATES[DROPPED] for reason in ended],
@@ -189,7 +189,7 @@ def _events(a: dict[str, Any]) -> Table:
     """The steps of the tracks' lives, with their reasons."""
     return Table(
         {
-            "trial": _trial(a["event_trial"], a),
+            "trial": trial_of(a["event_trial"], a),
             "track": a["event_track"].astype(float),
             "time_s": a["event_time_s"],
             "status": [STATES[i] for i in a["event_state"].tolist()],
@@ -216,7 +216,7 @@ def _decisions(recording: PolarPlots, a: dict[str, Any]) -> Table:
         "target": [recording.targets[i] or None for i in recording.target[mark].tolist()],
         "radar": [recording.radars[i] or None for i in recording.radar[mark].tolist()],
         "look": recording.scan[mark].astype(float),
-        "trial": _trial(trial, a),
+        "trial": trial_of(trial, a),
         "gate": [GATES[i] for i in a["gate"][mark, trial].tolist()],
         "competing": _competing(a, mark, trial),
     }
@@ -243,7 +243,7 @@ def _gates(recording: PolarPlots, a: dict[str, Any]) -> Table:
     mark, track = a["pair_mark"], a["pair_track"]
     return Table(
         {
-            "trial": _trial(a["pair_trial"], a),
+            "trial": trial_of(a["pair_trial"], a),
             "time_s": recording.time_s[mark],
             "row": recording.row[mark].astype(float),
             "track": np.where(track > 0, track, np.nan),
@@ -259,7 +259,7 @@ def _areas(a: dict[str, Any]) -> Table:
     mean, spread = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
     return Table(
         {
-            "trial": _trial(a["area_trial"], a),
+            "trial": trial_of(a["area_trial"], a),
             "track": np.where(a["area_track"] > 0, a["area_track"], np.nan),
             "time_s": a["area_time_s"],
             "gate": [GATES[i] for i in a["area_gate"].tolist()],
@@ -279,7 +279,7 @@ def _weights(recording: PolarPlots, a: dict[str, Any], target: list[str | None])
     count = len(MODELS)
     return Table(
         {
-            "trial": _trial(np.repeat(a["estimate_trial"], count), a),
+            "trial": trial_of(np.repeat(a["estimate_trial"], count), a),
             "track": np.repeat(a["estimate_track"], count).astype(float),
             "time_s": np.repeat(a["estimate_time_s"], count),
             "model": list(MODELS) * len(weights),
@@ -296,7 +296,7 @@ def set_distances(recording: PolarPlots, a: dict[str, Any], m: Matched) -> Table
     radar = [recording.radars[i] or None for i in m.radar.tolist()]
     at = {name: np.stack([getattr(d, name) for d in m.distances]).ravel() if scans else np.empty(0) for name in _PARTS}
     columns: dict[str, GivenColumn] = {
-        "trial": _trial(np.tile(np.arange(lanes), scans), a),
+        "trial": trial_of(np.tile(np.arange(lanes), scans), a),
         "radar": [name for name in radar for _ in range(lanes)],
         "time_s": np.repeat(a["scan_time_s"], lanes),
         "ospa_m": at["ospa_m"],
@@ -317,7 +317,7 @@ def _errors(
     keep = np.flatnonzero(np.isfinite(error).all(axis=1))
     return Table(
         {
-            "trial": _trial(a["estimate_trial"], a)[keep],
+            "trial": trial_of(a["estimate_trial"], a)[keep],
             "track": a["estimate_track"][keep].astype(float),
             "target": [target[i] for i in keep.tolist()],
             "time_s": a["estimate_time_s"][keep],

@@ -46,6 +46,9 @@ OF_SWEEPS = {
     "trials_placement": 2,
 }
 
+# Charts of one parameter: there where it is swept.
+OF_PARAMETER = {"trials_windows": "window_plots", "trials_series": "series_ahead_s"}
+
 Form = Literal["json", "csv", "html"]
 
 # One chart is computed at a time: side by side they take as long, and the memory of all of them.
@@ -230,8 +233,10 @@ def charts_of_entries(
     if "scenario" in source:
         # Who names one of the common charts chooses among them; others get them all.
         chosen = of_trials if set(of_trials) & set(TRIAL_CHARTS) else (*of_trials, *TRIAL_CHARTS)
-        swept = len(source.get("sweep") or ())
-        own = [name for name in chosen if swept >= OF_SWEEPS.get(name, 0)]
+        sweep = source.get("sweep") or ()
+        own = [name for name in chosen if len(sweep) >= OF_SWEEPS.get(name, 0)]
+        swept = {name.rpartition(".")[2] for name in sweep}
+        own = [name for name in own if OF_PARAMETER.get(name) in (None, *swept)]
         own = [name for name in own if len(entries) > 1 or name not in OF_SEVERAL]
         names = dict.fromkeys((*own, *(() if trials_only else names)))
     return [found[name] for name in names if name in found]

@@ -65,4 +65,10 @@ export default {
   "metric.join_recall": "Tracks of one target that were joined",
   "metric.join_precision": "Joins that are right",
   "metric.rms_joined_m": "Horizontal error of joint tracks, rms",
+  "metric.lowest_share": "Windows in the lowest minimum",
+  "metric.converged_share": "Windows whose descent converged",
+  "metric.bends_share": "Windows that bend both ways",
+  "metric.rms_ahead_m": "Error one period ahead, rms",
+  "metric.rms_series_m": "Error of the power series, rms",
+  "metric.bound_horizontal_m": "Bound of the horizontal error",
 };

@@ -65,4 +65,10 @@ export default {
   "metric.join_recall": "Объединённые трассы одной цели",
   "metric.join_precision": "Верные объединения",
   "metric.rms_joined_m": "Плановая ошибка общих трасс, СКО",
+  "metric.lowest_share": "Окна в наименьшем минимуме",
+  "metric.converged_share": "Окна, где спуск сошёлся",
+  "metric.bends_share": "Окна с изгибом в обе стороны",
+  "metric.rms_ahead_m": "Ошибка на период вперёд, СКО",
+  "metric.rms_series_m": "Ошибка степенного ряда, СКО",
+  "metric.bound_horizontal_m": "Граница ошибки в плане",
 };

@@ -7,6 +7,7 @@ import asterix from "./ru-asterix.js";
 import joining from "./ru-joining.js";
 import * as identification from "./ru-identification.js";
 import * as plotTracking from "./ru-plot-tracking.js";
+import * as plotWindows from "./ru-plot-windows.js";
 import * as multipleModel from "./ru-multiple-model.js";
 import * as identificationStudies from "./ru-identification-studies.js";
 import * as forwardScatter from "./ru-forward-scatter.js";
@@ -288,6 +289,7 @@ export const words = {
   ...forwardScatter.words,
   ...multipleModel.words,
   ...plotTracking.words,
+  ...plotWindows.words,
   ...studies.words,
   ...long.words,
   ...marks.words,
@@ -480,7 +482,7 @@ export const words = {
 
 /** Whole sentences with places for what is filled in. @type {Record<string, string>} */
 export const sentences = {
-  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...trials.sentences, ...report.sentences,
+  ...answers, ...asterix, ...joining, ...reading, ...tracks, ...scenarios.sentences, ...studies.sentences, ...long.sentences, ...plotWindows.sentences, ...trials.sentences, ...report.sentences,
   ...identification.sentences, ...identificationStudies.sentences, ...forwardScatter.sentences, ...multipleModel.sentences, ...plotTracking.sentences,
 };
 
