@@ -129,18 +129,17 @@ class Table:
         """Arrays for an .npz file: texts as codes with their categories, no pickles; stored ones are not read yet."""
         if isinstance(self.columns, StoredColumns):
             return self.columns.under(prefix)
+        texts = {name: isinstance(column, Texts) for name, column in self.columns.items()}
+        # In the order in which a stored table gives them: results must not tell where their tables were.
         out: dict[str, NDArray[Any]] = {}
-        forms = []
+        out[f"{prefix}/columns"] = _json_bytes([[name, "text" if texts[name] else "number"] for name in texts])
         for name, column in self.columns.items():
             key = f"{prefix}/{name}"
             if isinstance(column, Texts):
                 out[key] = column.codes
                 out[f"{key}.categories"] = _json_bytes(column.categories)
-                forms.append([name, "text"])
             else:
                 out[key] = column
-                forms.append([name, "number"])
-        out[f"{prefix}/columns"] = _json_bytes(forms)
         return out
 
     @classmethod

@@ -95,6 +95,7 @@ async def create_recording(
     media_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if media_type != "application/octet-stream" and options.model_fields_set:
         raise ProblemError(422, "validation", "Options in the query belong to a raw body (application/octet-stream).")
+    services.engine.expect_recording()
     with received() as parts:
         if media_type == "multipart/form-data":
             await receive_form(request, parts, services.store.temporary)

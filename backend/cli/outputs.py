@@ -158,8 +158,8 @@ def _write(
     from backend.charts.language import words_of
     from backend.charts.report import report_page
     from backend.charts.view import ChartOptions
+    from backend.files.array_file import write_arrays
     from backend.files.parquet_writer import write_parquet
-    from backend.files.store import write_arrays
     from backend.files.table_writer import write_table_csv
 
     own, charts = run.tables(), run.charts()

@@ -102,7 +102,7 @@ def _unfit(name: str, takes: tuple[str, ...], kind: str) -> Exception:
 def _computed(entry: Entry, recording: Recording, seed: int) -> Outcome:
     import numpy as np
 
-    from backend.files.store import write_arrays
+    from backend.files.array_file import write_arrays
     from backend.jobs.work import Block, run_block
 
     packed = io.BytesIO()

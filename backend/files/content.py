@@ -32,6 +32,8 @@ __all__ = ["Content", "NamedFile", "inspect", "unread"]
 
 _BLOCK = 1 << 20
 _HEAD = 1 << 16
+# So many bytes at once are looked at for a line end: half of what a line may have (see `records.MAX_LINE`).
+_STRETCH = 1 << 16
 # Text has line ends and tabs; more than this share of other control characters is no text.
 _CONTROL_SHARE = 0.02
 _CONTROL = bytes(set(range(32)) - {9, 10, 11, 12, 13})
@@ -63,6 +65,8 @@ class Content:
     encoding: str
     has_quotes: bool
     has_nul: bool
+    longest_line: int
+    """No line has more bytes, if line ends are single bytes."""
 
     @property
     def is_text(self) -> bool:
@@ -106,7 +110,7 @@ def inspect(file: NamedFile, limits: ReadLimits, findings: Findings, *, pointer:
     packing = packing_of(file)
     packed_size = file.path.stat().st_size
     head = b""
-    size = 0
+    size = longest_line = open_line = 0
     has_quotes = has_nul = False
     utf8: codecs.IncrementalDecoder | None = codecs.getincrementaldecoder("utf-8")()
     with damage_told(name, packing, pointer), unpacked(file, packing) as stream:
@@ -119,6 +123,10 @@ def inspect(file: NamedFile, limits: ReadLimits, findings: Findings, *, pointer:
             has_quotes = has_quotes or b'"' in block
             has_nul = has_nul or b"\0" in block
             utf8 = _still_utf8(utf8, block, final=False)
+            for start in range(0, len(block), _STRETCH):
+                length = min(_STRETCH, len(block) - start)
+                longest_line = max(longest_line, open_line + length)
+                open_line = length + (open_line if block.find(b"\n", start, start + length) < 0 else 0)
         utf8 = _still_utf8(utf8, b"", final=True)
     if not head.strip(b"\xef\xbb\xbf\xff\xfe \t\r\n\0"):
         raise InputError(
@@ -137,7 +145,7 @@ def inspect(file: NamedFile, limits: ReadLimits, findings: Findings, *, pointer:
             "encoding_guessed",
             f"{name} is not UTF-8; it was read as Windows-1251. If names look wrong, save it as UTF-8.",
         )
-    return Content(name, file, packing, head, encoding, has_quotes, has_nul)
+    return Content(name, file, packing, head, encoding, has_quotes, has_nul, longest_line)
 
 
 def unread(content: Content, pointer: str) -> UnsupportedFormatError:
@@ -159,6 +167,8 @@ def _still_utf8(
 ) -> codecs.IncrementalDecoder | None:
     if decoder is None:
         return None
+    if block.isascii() and not final and decoder.getstate() == (b"", 0):
+        return decoder
     try:
         decoder.decode(block, final)
     except UnicodeDecodeError:

@@ -184,7 +184,8 @@ def put_in_order(file: FilePart, order: Literal["sort", "reject"]) -> FilePart:
 
 def sort_by_time(part: Part) -> Part:
     """Put the rows in order of time; rows of equal time keep their order."""
-    return _taken(part, np.argsort(part.recording.time_s, kind="stable"))
+    time_s = part.recording.time_s
+    return part if (time_s[1:] >= time_s[:-1]).all() else _taken(part, np.argsort(time_s, kind="stable"))
 
 
 def kept_rows(part: Part, keep: NDArray[np.bool_]) -> Part:

@@ -14,7 +14,7 @@ from typing import IO
 
 from backend.files.cells import Problem
 from backend.files.content import Content
-from backend.files.regular_blocks import WORTHWHILE_BYTES, Layout, RegularBlock, longest_line, read_blocks
+from backend.files.regular_blocks import WORTHWHILE_BYTES, Layout, RegularBlock, read_blocks
 
 # The limit of the csv module for one cell; a mark received by two thousand stations is shorter.
 MAX_LINE = 131_072
@@ -76,10 +76,7 @@ def _needs_care(content: Content, delimiter: str) -> bool:
 
 def _has_short_lines(content: Content) -> bool:
     """Whether no line has more bytes than a line may have characters."""
-    if content.encoding not in ONE_BYTE_LINE_ENDS:
-        return False
-    with content.open_bytes() as raw:
-        return longest_line(raw) <= MAX_LINE
+    return content.encoding in ONE_BYTE_LINE_ENDS and content.longest_line <= MAX_LINE
 
 
 def _may_be_regular(content: Content) -> bool:

@@ -14,27 +14,24 @@ from __future__ import annotations
 
 import errno
 import hashlib
-import io
 import json
 import os
 import secrets
 import shutil
 import threading
-import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from backend.errors import NotFoundError, StorageError
+from backend.files.array_file import write_arrays
 
-# Bytes per read while hashing and copying.
+# Bytes per read while hashing.
 _CHUNK = 1 << 20
-# The earliest date that a zip file can carry: equal arrays give equal bytes at any time of day.
-_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 
 
 class Store:
@@ -79,6 +76,31 @@ class Store:
                 _sync_folder(target.parent)
         return digest.hexdigest()
 
+    @contextmanager
+    def adopted(self, temporary: Path, sha256: str) -> Iterator[None]:
+        """Move a file into the store whose writer has hashed and synced it; where the block fails, it goes back.
+
+        So whoever could not refer to it may try again.
+        """
+        target = self.path(sha256)
+        with self._guard:
+            is_new = not target.exists()
+            if is_new:
+                with _storage_errors():
+                    target.parent.mkdir(exist_ok=True)
+                    temporary.chmod(0o600)
+                    os.replace(temporary, target)
+                    _sync_folder(target.parent)
+            try:
+                yield
+            except BaseException:
+                if is_new:
+                    with suppress(OSError):
+                        os.replace(target, temporary)
+                raise
+            with suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
     def put_bytes(self, data: bytes) -> str:
         """Store bytes and return their hash."""
         path = self.temporary()
@@ -95,15 +117,15 @@ class Store:
 
     def get_bytes(self, sha256: str) -> bytes:
         """Return the bytes of a blob."""
-        return self._existing(sha256).read_bytes()
+        return self.existing(sha256).read_bytes()
 
     def get_contents(self, sha256: str) -> NDArray[np.uint8]:
         """Return the bytes of a blob as an array, which goes to other processes without being copied."""
-        return np.fromfile(self._existing(sha256), np.uint8)
+        return np.fromfile(self.existing(sha256), np.uint8)
 
     def get_arrays(self, sha256: str) -> Mapping[str, NDArray[Any]]:
         """Return named arrays; each is read from the disk when it is asked for."""
-        arrays: Mapping[str, NDArray[Any]] = np.load(self._existing(sha256), allow_pickle=False)
+        arrays: Mapping[str, NDArray[Any]] = np.load(self.existing(sha256), allow_pickle=False)
         return arrays
 
     def size(self, sha256: str) -> int | None:
@@ -140,7 +162,8 @@ class Store:
                 temporary.unlink()
             raise
 
-    def _existing(self, sha256: str) -> Path:
+    def existing(self, sha256: str) -> Path:
+        """Return where a blob lies; StorageError where it is missing."""
         path = self.path(sha256)
         if not path.exists():
             raise StorageError(
@@ -149,56 +172,6 @@ class Store:
                 code="blob_missing",
             )
         return path
-
-
-def write_arrays(path: Path | BinaryIO, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Write an uncompressed .npz: members in the order given, with a fixed date, never a pickle."""
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
-        for name, array in arrays.items():
-            member = zipfile.ZipInfo(f"{name}.npy", date_time=_ZIP_DATE)
-            with archive.open(member, "w", force_zip64=True) as out:
-                _write_array(out, np.ascontiguousarray(array))
-
-
-def _write_array(out: IO[bytes], array: NDArray[Any]) -> None:
-    """Write the form of a .npy file, which NumPy itself would copy twice on the way; a pickle is a ValueError."""
-    if array.dtype.hasobject:
-        raise ValueError(f"{array.dtype}: pickles are not written (allow_pickle)")
-    np.lib.format.write_array_header_1_0(out, np.lib.format.header_data_from_array_1_0(array))
-    data = array.reshape(-1).view(np.uint8)
-    # In pieces that stay in the processor's cache from the checksum to the copy.
-    for start in range(0, data.size, _CHUNK):
-        out.write(data[start : start + _CHUNK].data)
-
-
-def read_arrays(content: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
-    """Return all arrays of an .npz whose bytes stand in the memory; they are not copied on the way."""
-    with np.load(io.BufferedReader(_InMemory(content)), allow_pickle=False) as archive:
-        return dict(archive)
-
-
-class _InMemory(io.RawIOBase):
-    """Bytes of an array as a file; `io.BytesIO` would copy them."""
-
-    def __init__(self, content: NDArray[np.uint8]) -> None:
-        self._content = content
-        self._at = 0
-
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        self._at = offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._content.size}[whence]
-        return self._at
-
-    def readinto(self, target: Any) -> int:
-        piece = self._content[self._at : self._at + len(target)]
-        target[: piece.size] = piece.data
-        self._at += piece.size
-        return int(piece.size)
 
 
 def json_array(value: Any) -> NDArray[np.uint8]:

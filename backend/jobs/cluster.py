@@ -89,6 +89,11 @@ class Cluster:
         self._client.subscribe_topic(self._topic, progress)
 
     @property
+    def is_same_machine(self) -> bool:
+        """Whether the workers are our own processes, which see the data folder."""
+        return self._local is not None
+
+    @property
     def is_connected(self) -> bool:
         """Whether the connection of the start still holds; Dask makes a new one, but what was under way is lost."""
         return self._client.status == "running" and self._client.scheduler_comm is self._connection

@@ -103,6 +103,10 @@ class Engine:
             self._post(lambda: self._runs.drop(run_id))
         return changed
 
+    def expect_recording(self) -> None:
+        """Say that a recording begins to arrive."""
+        self._parser.expect()
+
     def read_recording(self, recording_id: str) -> Future[recordings.Recording]:
         """Parse a recording that is in the state `parsing`; the future gives its row, `ready` or `failed`."""
         return self._parser.parse(recording_id)

@@ -5,6 +5,7 @@ Only the engine's thread comes here; what Dask's threads have to say is posted t
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import threading
 from collections import deque
@@ -13,11 +14,13 @@ from typing import Any
 
 from backend.db import events
 from backend.db.engine import Database
+from backend.errors import STORAGE_CODES
 from backend.files.store import Store
 from backend.jobs import ledger
 from backend.jobs.live_runs import LiveRuns
 from backend.jobs.outcome import Outcome
 from backend.jobs.schedule import RETRIES, ActiveRun, Choice, Flight, monotonic
+from backend.jobs.work import Block
 
 logger = logging.getLogger(__name__)
 
@@ -61,9 +64,13 @@ class Flights:
         """Send a block to a worker."""
         active, position = choice.active, choice.position
         with self._live.failing(active, position):
-            block = ledger.block_of(self._database, self._store, active.run, active.plan, position)
+            here = self._cluster.is_same_machine
+            block = ledger.block_of(self._database, self._store, active.run, active.plan, position, same_machine=here)
             future = self._cluster.submit(block, worker)
-            self._flights[block.token] = Flight(block.token, active.run.id, position, worker, future, choice.alone)
+            output = block.output if isinstance(block, Block) else None
+            self._flights[block.token] = Flight(
+                block.token, active.run.id, position, worker, future, choice.alone, output
+            )
             active.waiting.remove(position)
             future.add_done_callback(lambda _: self._post(lambda: self._landed(block.token)))
 
@@ -82,6 +89,7 @@ class Flights:
             if active is not None:
                 with self._live.failing(active, flight.position):
                     self._keep(active, flight)
+            _clear(flight)
             self._arrived.popleft()
 
     def _keep(self, active: ActiveRun, flight: Flight) -> None:
@@ -97,6 +105,9 @@ class Flights:
                 self._live.gather(active, position, arrays)
         elif outcome.kind == "failed":
             assert outcome.error is not None
+            if outcome.error["code"] in STORAGE_CODES:
+                # Where a disk is full the run's own log cannot be written now.
+                logger.error("run %s failed: %s", flight.run_id, outcome.error["detail"])
             self._live.fail(flight.run_id, outcome.error, outcome.trace)
             if outcome.error["code"] == "out_of_memory":
                 # What the algorithm still holds would be missing to the next block.
@@ -114,6 +125,7 @@ class Flights:
         del self._flights[token]
         active = self._live.active.get(flight.run_id)
         if active is None or flight.stopping_since is not None:
+            _clear(flight)
             return
         if flight.future.status != "finished":
             self._lost(active, flight)
@@ -123,6 +135,7 @@ class Flights:
 
     def _lost(self, active: ActiveRun, flight: Flight) -> None:
         """Send a block again whose worker died, or give the run up."""
+        _clear(flight)
         position, label = flight.position, active.plan.name_of(flight.position)
         deaths = active.deaths[position] = active.deaths.get(position, 0) + 1
         active.shares.pop(position, None)
@@ -150,6 +163,7 @@ class Flights:
     def _take_back(self, flights: list[Flight]) -> None:
         """Let blocks wait again, whose worker is taken from them through no fault of theirs."""
         for flight in flights:
+            _clear(flight)
             del self._flights[flight.token]
             active = self._live.active.get(flight.run_id)
             if active is not None and flight.stopping_since is None:
@@ -199,7 +213,17 @@ class Flights:
         threading.Thread(target=restart, daemon=True).start()
 
     def _forget(self, token: str) -> None:
-        self._flights.pop(token, None)
+        flight = self._flights.pop(token, None)
+        if flight is not None:
+            _clear(flight)
+
+
+def _clear(flight: Flight) -> None:
+    """Delete what a worker may have written for a run that did not take it; else the store has moved it."""
+    if flight.output is not None:
+        # A disk that takes no changes does not take this one; the next server clears up.
+        with contextlib.suppress(OSError):
+            flight.output.unlink(missing_ok=True)
 
 
 def _fetched(flight: Flight) -> Outcome | None:

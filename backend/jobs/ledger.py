@@ -7,7 +7,8 @@ too late, because the run was cancelled or deleted meanwhile, changes nothing.
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -25,8 +26,9 @@ from backend.files.joining import join_recordings
 from backend.files.store import Store
 from backend.jobs import results
 from backend.jobs.collection import collect
-from backend.jobs.outcome import Outcome, block_arrays, outcome_of
+from backend.jobs.outcome import Outcome, WrittenResult, block_arrays, outcome_of
 from backend.jobs.plan import Plan, RecordingPlan, TrialsPlan
+from backend.jobs.result_file import recording_arrays
 from backend.jobs.work import AnyBlock, Block, TrialsBlock
 
 if TYPE_CHECKING:
@@ -59,8 +61,14 @@ def begin(database: Database, run: runs.Run, plan: Plan, finished: int) -> runs.
         return runs.get_run(connection, run.id)
 
 
-def block_of(database: Database, store: Store, run: runs.Run, plan: Plan, position: int) -> AnyBlock:
-    """Return the block at `position` of a run, with its recording or its trials."""
+def block_of(
+    database: Database, store: Store, run: runs.Run, plan: Plan, position: int, *, same_machine: bool = False
+) -> AnyBlock:
+    """Return the block at `position` of a run, with its recording or its trials.
+
+    A worker on the same machine reads the recording from the store, and writes the result of a run's only algorithm
+    beside it: sent, encrypted, written and hashed by the server, a long one would take twice as long.
+    """
     token = f"{run.id}-{position}-{new_id()}"
     if isinstance(plan, TrialsPlan):
         return trials_block(plan, position, token=token, seed=run.seed)
@@ -72,7 +80,10 @@ def block_of(database: Database, store: Store, run: runs.Run, plan: Plan, positi
         label=entry.label,
         parameters=entry.parameters,
         seed=run.seed,
-        recordings=[(name, store.get_contents(sha256)) for name, sha256 in sources],
+        recordings=[
+            (name, store.existing(sha256) if same_machine else store.get_contents(sha256)) for name, sha256 in sources
+        ],
+        output=store.temporary() if same_machine and plan.size == 1 else None,
     )
 
 
@@ -139,10 +150,12 @@ def finish(
 ) -> None:
     """Put the stored blocks of a run together and make it succeeded; `gathering` has seen some of them already.
 
-    `last` is the one algorithm that came back only now: it goes into the result without being stored for itself.
+    `last` is the one algorithm that came back only now: it goes into the result without being stored for itself. If its
+    worker has written the result file, that only moves into the store.
     """
     with database.read() as connection:
         blobs = outcomes.finished_blocks(connection, run.id)
+    written = None if last is None else last[1].written
     if isinstance(plan, TrialsPlan):
         # Its statistics need scipy, for which no server waits at its start.
         from backend.jobs import trial_results
@@ -153,36 +166,43 @@ def finish(
             gathering.add(position, store.get_arrays(blobs[position]))
         composed = trial_results.compose(gathering, run.source.get("study"))
     else:
-        # The last one takes the form of the stored ones: the order of arrays in the result must not tell them apart.
-        arrived = {} if last is None else {last[0]: block_arrays(last[1])}
-        blocks = [outcome_of(arrived.get(p) or store.get_arrays(blobs[p])) for p in range(plan.size)]
+        arrived = {} if last is None else {last[0]: last[1]}
+        blocks = [arrived.get(p) or outcome_of(store.get_arrays(blobs[p])) for p in range(plan.size)]
         composed = results.compose([e.label for e in run.algorithms], blocks)
         sources = _recordings_of(database, run)
-        if len(sources) > 1:
-            # Charts and tables need what the algorithms worked on, and it stands nowhere else.
+        if len(sources) > 1 and written is None:
             named = [(name, recording_from_arrays(store.get_arrays(sha256))) for name, sha256 in sources]
             joined = join_recordings(named).recording
             arrays = LazyArrays()
             arrays.add_all(composed.arrays)
-            arrays.add_all(joined.to_arrays(), "recording/")
+            arrays.add_all(recording_arrays(joined.to_arrays()))
             composed = replace(composed, arrays=arrays)
-    with store.guard():
-        sha256 = store.put_arrays(composed.arrays)
-        with database.write() as connection:
-            if runs.finish_run(
-                connection,
-                run.id,
-                result_sha256=sha256,
-                summary=composed.summary,
-                entries=composed.entries,
-                software=composed.software,
-            ):
-                outcomes.store_tables(connection, run.id, composed.tables)
-                outcomes.forget_blocks(connection, run.id)
-                for text, level in [] if last is None else _log_of(plan.name_of(last[0]), last[1]):
-                    events.append_log(connection, run.id, text, level)
-                events.append_log(connection, run.id, "Succeeded.")
+    with _stored(store, composed.arrays, written) as sha256, database.write() as connection:
+        if runs.finish_run(
+            connection,
+            run.id,
+            result_sha256=sha256,
+            summary=composed.summary,
+            entries=composed.entries,
+            software=composed.software,
+        ):
+            outcomes.store_tables(connection, run.id, composed.tables)
+            outcomes.forget_blocks(connection, run.id)
+            for text, level in [] if last is None else _log_of(plan.name_of(last[0]), last[1]):
+                events.append_log(connection, run.id, text, level)
+            events.append_log(connection, run.id, "Succeeded.")
     collect(database, store, {sha256, *blobs.values()})
+
+
+@contextmanager
+def _stored(store: Store, arrays: Mapping[str, NDArray[Any]], written: WrittenResult | None) -> Iterator[str]:
+    """Put a result into the store, or take one in that is written, and give its hash to refer to."""
+    if written is None:
+        with store.guard():
+            yield store.put_arrays(arrays)
+    else:
+        with store.adopted(written.path, written.sha256):
+            yield written.sha256
 
 
 def fail(database: Database, run_id: str, error: Mapping[str, Any], trace: str) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -14,6 +15,15 @@ from algorithms.result import LazyArrays, Metric, Table
 from algorithms.texts import Texts
 from backend.files.store import json_array, json_of
 from backend.jobs.bundle import Bundle
+
+
+@dataclass(frozen=True)
+class WrittenResult:
+    """A result file that is on the disk and not in the store yet, its SHA-256, and the rows of all tables."""
+
+    path: Path
+    sha256: str
+    rows: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -34,6 +44,8 @@ class Outcome:
     software: dict[str, str] = field(default_factory=dict)
     error: dict[str, Any] | None = None
     trace: str = ""
+    written: WrittenResult | None = None
+    """Where the worker wrote the result file: `arrays` and big tables are in it and not here."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel with every piece of memory once, whatever shares it."""
@@ -67,7 +79,7 @@ def block_arrays(outcome: Outcome) -> dict[str, NDArray[Any]]:
     meta = {
         "arrays": list(outcome.arrays),
         "tables": list(outcome.tables),
-        "metrics": [asdict(m) for m in outcome.metrics],
+        "metrics": [vars(m) for m in outcome.metrics],
         "settings": outcome.settings,
         "notes": list(outcome.notes),
         "seconds": outcome.seconds,
@@ -100,6 +112,9 @@ def outcome_of(arrays: Mapping[str, NDArray[Any]]) -> Outcome:
 
 def finite(value: Any) -> Any:
     """Return plain JSON values; NaN and infinities, which JSON lacks, become None."""
+    # Most are these, and a long recording has ten thousands of metrics: a look at the type is the quickest.
+    if value is None or type(value) in (str, int, bool):
+        return value
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float):

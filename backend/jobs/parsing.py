@@ -37,6 +37,11 @@ class Parser:
         self._lock = threading.RLock()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="parser")
 
+    def expect(self) -> None:
+        """Have the process ready by the time at which a file that is arriving is there."""
+        if self._process.pid is None:
+            self._thread.submit(self._process.start)
+
     def parse(self, recording_id: str) -> Future[recordings.Recording]:
         """Parse a recording, once however often it is asked for; the future gives its row, `ready` or `failed`."""
         with self._lock:

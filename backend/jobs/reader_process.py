@@ -82,6 +82,10 @@ class ReaderProcess:
         self._process: multiprocessing.process.BaseProcess | None = None
         self._connection: Connection | None = None
 
+    def start(self) -> None:
+        """Start the process where there is none; it takes half a second to be ready."""
+        self._started()
+
     def read(self, request: ReadRequest) -> ReadAnswer:
         """Read files; death and delay of the process become an answer with an error."""
         connection = self._started()
@@ -148,8 +152,10 @@ def _serve(connection: Connection, memory_bytes: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _end_with_parent()
     # Imported before the limit is set: it counts from here.
-    from backend.files import reading  # noqa: F401
+    from backend.files import preview, reading, store  # noqa: F401
+    from backend.files.reader import readers_by_name
 
+    readers_by_name()
     _limit_memory(memory_bytes)
     with contextlib.suppress(EOFError):
         while True:
@@ -178,9 +184,10 @@ def _limit_memory(memory_bytes: int) -> None:
 
 
 def _read(request: ReadRequest) -> ReadAnswer:
+    from backend.files.array_file import write_arrays
     from backend.files.preview import preview
     from backend.files.reading import NamedFile, ReadLimits, ReadOptions, read_recording
-    from backend.files.store import refusal_of, write_arrays
+    from backend.files.store import refusal_of
 
     files = [NamedFile(name, path) for name, path in request.files]
     truth = None if request.truth is None else NamedFile(*request.truth)

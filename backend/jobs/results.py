@@ -1,8 +1,6 @@
 """From the outcomes of a run's blocks to its result file, its small tables and its headline, and back.
 
-The result file is an .npz: `<label>/<array>` for the arrays of each algorithm, `tables/<table>/<label>/...` for its
-big tables (`Table.to_arrays`). It holds no time and no duration: the same inputs give the same bytes. Small tables
-stand in the database, all labels together.
+Big tables stand in the result file (`result_file`), small ones in the database, all labels together.
 """
 
 from __future__ import annotations
@@ -21,11 +19,7 @@ from backend.db.engine import Database
 from backend.errors import NotFoundError, StateError
 from backend.files.store import Store
 from backend.jobs.outcome import Outcome, finite
-
-# Tables with a row per mark always stand in the result file, whatever their size: scripts rely on it.
-BIG_TABLES = ("states", "errors", "curves")
-# Any other table with more rows than this goes there too.
-BIG_ROWS = 20_000
+from backend.jobs.result_file import BIG_TABLES, arrays_of, is_big, table_arrays
 
 
 @dataclass(frozen=True)
@@ -40,18 +34,21 @@ class Composed:
 
 
 def compose(labels: Sequence[str], blocks: Sequence[Outcome]) -> Composed:
-    """Put the blocks of a run together, in the order of its algorithms."""
+    """Put the blocks of a run together, in the order of its algorithms.
+
+    Where the worker of the only one has written the result file, there are no arrays.
+    """
     arrays = LazyArrays()
     by_name: dict[str, dict[str, Table]] = {}
     for label, block in zip(labels, blocks, strict=True):
-        arrays.add_all(block.arrays, f"{label}/")
+        arrays.add_all(arrays_of(label, block.arrays))
         for name, table in block.tables.items():
             by_name.setdefault(name, {})[label] = table
     small = [_metrics_table(labels, blocks)]
     for name, tables in by_name.items():
-        if name in BIG_TABLES or sum(len(t) for t in tables.values()) > BIG_ROWS:
+        if is_big(name, sum(len(t) for t in tables.values())):
             for label, table in tables.items():
-                arrays.add_all(table.to_arrays(f"tables/{name}/{label}"))
+                arrays.add_all(table_arrays(label, name, table))
         else:
             small.append(_stored(name, joined(tables)))
     entries = [
@@ -60,7 +57,7 @@ def compose(labels: Sequence[str], blocks: Sequence[Outcome]) -> Composed:
             "settings": block.settings,
             "notes": list(block.notes),
             "seconds": block.seconds,
-            "tables": {name: len(table) for name, table in block.tables.items()},
+            "tables": {n: len(t) for n, t in block.tables.items()} if block.written is None else block.written.rows,
         }
         for label, block in zip(labels, blocks, strict=True)
     ]

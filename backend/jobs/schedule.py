@@ -6,6 +6,7 @@ import time
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from backend.db.runs import Run
@@ -58,6 +59,8 @@ class Flight:
     worker: str
     future: Any
     alone: bool
+    output: Path | None = None
+    """Where the worker writes the run's result; nobody needs the file if it is not fetched."""
     missing_since: float | None = None
     """When the worker was first not there any more."""
     stopping_since: float | None = None

@@ -1,4 +1,5 @@
-"""What a worker does: arrays and JSON in, arrays and JSON out. It touches no file and no database.
+"""What a worker does: arrays and JSON in, arrays and JSON out. It touches no database, and no file but those that the
+server names: on the server's own machine it reads the recording, and writes the result, where the server keeps them.
 
 A worker must be able to say why it could not go on, so nothing is raised through Dask: an `Outcome` is done,
 cancelled, or failed with an error that the user can act on. What does reach the engine as an exception is
@@ -13,6 +14,7 @@ import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,9 +27,10 @@ from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.spec import Algorithm, Parameters, trial_stream
 from algorithms.toolbox.monte_carlo.batches import BATCH, batches
 from algorithms.toolbox.monte_carlo.sums import Sums, joined, sums_of
+from backend.files.array_file import read_arrays
 from backend.files.joining import join_recordings
-from backend.files.store import read_arrays
-from backend.jobs.outcome import Outcome, block_arrays
+from backend.jobs.outcome import Outcome, WrittenResult, block_arrays
+from backend.jobs.result_file import ResultWriter, writing
 from backend.jobs.worker_memory import keep_freed_memory, lift_limit
 
 # Seconds between two reports of progress.
@@ -41,8 +44,9 @@ _cancelled: set[str] = set()
 class Block:
     """One piece of a run: an algorithm on a recording, or on several as one.
 
-    `recordings` are (name, bytes of its .npz as an array). Who computes the block takes them out as soon as they are
-    read: a long recording would stand in the memory twice.
+    `recordings` are (name, bytes of its .npz as an array, or where they lie on this machine). Who computes the block
+    takes them out as soon as they are read: a long recording would stand in the memory twice. `output` is where the
+    result file is written to on this machine; empty: everything is sent.
     """
 
     token: str
@@ -50,7 +54,8 @@ class Block:
     label: str
     parameters: Mapping[str, Any]
     seed: int
-    recordings: list[tuple[str, NDArray[np.uint8]]] = field(repr=False)
+    recordings: list[tuple[str, NDArray[np.uint8] | Path]] = field(repr=False)
+    output: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -191,17 +196,38 @@ def software() -> dict[str, str]:
 
 def _compute(block: Block, context: BlockContext) -> Outcome:
     algorithm, parameters = _prepared(block.algorithm, block.parameters)
-    read = [(name, recording_from_arrays(read_arrays(content))) for name, content in block.recordings]
+    read = [(name, recording_from_arrays(_arrays_at(place))) for name, place in block.recordings]
     block.recordings.clear()
-    if len(read) == 1:
-        return _outcome(algorithm, read[0][1], parameters, context)
-    joined = join_recordings(read)
-    outcome = _outcome(algorithm, joined.recording, parameters, context)
+    joined = join_recordings(read) if len(read) > 1 else None
+    recording = read[0][1] if joined is None else joined.recording
+    if block.output is None:
+        outcome = _outcome(algorithm, recording, parameters, context)
+    else:
+        with writing(block.output, block.label) as out:
+            outcome = _outcome(algorithm, recording, parameters, context, out)
+            context.check_cancelled()
+            small = out.add_tables(outcome.tables)
+            if joined is not None:
+                out.add_recording(recording.to_arrays())
+            rows = {name: len(table) for name, table in outcome.tables.items()}
+            written = WrittenResult(block.output, out.finish(), rows)
+        outcome = replace(outcome, arrays={}, tables=small, written=written)
+    if joined is None:
+        return outcome
     return replace(outcome, notes=(*(asdict(note) for note in joined.notes), *outcome.notes))
 
 
-def _outcome(algorithm: Algorithm, recording: Recording, parameters: Any, context: BlockContext) -> Outcome:
+def _arrays_at(place: NDArray[np.uint8] | Path) -> Mapping[str, NDArray[Any]]:
+    return read_arrays(np.memmap(place, np.uint8, "r") if isinstance(place, Path) else place)
+
+
+def _outcome(
+    algorithm: Algorithm, recording: Recording, parameters: Any, context: BlockContext, out: ResultWriter | None = None
+) -> Outcome:
+    """Run, measure and tabulate; the arrays are written to `out` meanwhile, where there is one."""
     result = algorithm.run(recording, parameters, context)
+    if out is not None:
+        out.add_arrays(result.arrays)
     # What metrics need in between is gone before the tables come.
     metrics = tuple(algorithm.measure(recording, result))
     return Outcome(

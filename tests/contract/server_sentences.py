@@ -51,6 +51,7 @@ SILENT = (
     "backend/db/snapshot.py",
     "backend/db/tables.py",
     "backend/files/lock.py",
+    "backend/files/array_file.py:ValueError",
     "backend/files/store.py:ValueError",
     "algorithms/registry.py",
 )

@@ -5,13 +5,16 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from algorithms.errors import InputError
 from backend.files import records, regular_blocks
+from backend.files.content import inspect
 from backend.files.options import ReadLimits
 from backend.files.reading import NamedFile, read_recording
-from backend.files.regular_blocks import Layout, OtherBlock, RegularBlock, longest_line, read_blocks
+from backend.files.regular_blocks import Layout, OtherBlock, RegularBlock, read_blocks
+from backend.files.report import Findings
 
 HEADER = "time_s,target,toa_1_ns,toa_2_ns,toa_3_ns,toa_4_ns,altitude_m\n"
 
@@ -107,8 +110,27 @@ def test_only_the_block_with_the_odd_line_is_read_line_by_line(monkeypatch: pyte
     assert lines == [(i + 2, [str(i), "x"] if i != 12 else ["12"]) for i in range(30)]
 
 
-def test_the_longest_line_is_found_across_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(regular_blocks, "BLOCK_BYTES", 7)
-    assert longest_line(io.BytesIO(b"ab\n" + b"c" * 20 + b"\nd\n")) in (20, 21)
-    assert longest_line(io.BytesIO(b"ab\n" + b"c" * 20)) == 20
-    assert longest_line(io.BytesIO(b"")) == 0
+def test_no_line_is_longer_than_is_told_and_not_by_much(tmp_path: Path) -> None:
+    stretch = 1 << 16
+    long = b"c" * (3 * stretch)
+    for text, longest in (
+        (b"ab\n" * 200_000, 3),
+        (b"ab\n" + long + b"\nd\n", len(long)),
+        (b"ab\n" * 400_000 + long, len(long)),
+        (b"a\n" * 10 + b"d", 2),
+    ):
+        path = tmp_path / "text.csv"
+        path.write_bytes(text)
+        told = inspect(NamedFile("text.csv", path), ReadLimits(), Findings()).longest_line
+        assert longest <= told <= longest + 2 * stretch, text[:10]
+
+
+def test_blocks_keep_their_order_and_an_end_without_a_line_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(regular_blocks, "BLOCK_BYTES", 64)
+    text = b"\n".join(b"%d,%d" % (i, -i) for i in range(500))
+    blocks = list(read_blocks(io.BytesIO(text), Layout(",", 2, frozenset({0})), 1))
+    assert all(isinstance(block, RegularBlock) for block in blocks)
+    regular = [block for block in blocks if isinstance(block, RegularBlock)]
+    assert np.concatenate([block.columns[0] for block in regular]).tolist() == list(range(500))
+    assert [cell for block in regular for cell in block.columns[1]] == [str(-i) for i in range(500)]
+    assert [block.line for block in regular] == np.cumsum([1, *map(len, regular)]).tolist()[:-1]

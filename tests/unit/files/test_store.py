@@ -36,6 +36,44 @@ def test_a_file_is_moved_in(store: Store) -> None:
     assert sha256 == hashlib.sha256(b"x" * 3_000_000).hexdigest()
 
 
+def test_a_hashed_file_is_taken_in_and_goes_back_where_nobody_could_refer_to_it(store: Store) -> None:
+    path = store.temporary()
+    path.write_bytes(b"result")
+    sha256 = hashlib.sha256(b"result").hexdigest()
+
+    def refer_in_vain() -> None:
+        with store.adopted(path, sha256):
+            assert store.get_bytes(sha256) == b"result"
+            raise StorageError("The database is locked.")
+
+    with pytest.raises(StorageError, match="locked"):
+        refer_in_vain()
+    assert path.read_bytes() == b"result"
+    assert list(store.hashes()) == []
+    with store.adopted(path, sha256):
+        pass
+    assert not path.exists()
+    assert store.get_bytes(sha256) == b"result"
+    assert store.path(sha256).stat().st_mode & 0o777 == 0o600
+
+
+def test_a_file_that_is_there_already_stays_where_the_second_one_fails(store: Store) -> None:
+    sha256 = store.put_bytes(b"result")
+    path = store.temporary()
+    path.write_bytes(b"result")
+
+    def refer_in_vain() -> None:
+        with store.adopted(path, sha256):
+            raise StorageError("The database is locked.")
+
+    with pytest.raises(StorageError, match="locked"):
+        refer_in_vain()
+    assert store.get_bytes(sha256) == b"result"
+    with store.adopted(path, sha256):
+        pass
+    assert not path.exists()
+
+
 def test_arrays_come_back_as_they_went_in(store: Store) -> None:
     arrays = {
         "rdf/state": np.arange(6.0).reshape(2, 3)[:, ::-1],

@@ -8,7 +8,7 @@ import pytest
 
 from algorithms.result import Metric, Table
 from backend.files.store import Store
-from backend.jobs import results
+from backend.jobs import result_file, results
 from backend.jobs.outcome import Outcome, block_arrays, outcome_of
 
 
@@ -43,7 +43,7 @@ def test_a_block_survives_the_store(tmp_path: Path) -> None:
 
 
 def test_compose_separates_big_and_small_tables() -> None:
-    long = Table({"row": np.arange(results.BIG_ROWS + 1)})
+    long = Table({"row": np.arange(result_file.BIG_ROWS + 1)})
     composed = results.compose(["rdf", "rdfv"], [outcome(decisions=long), outcome(1.0)])
     assert [t.name for t in composed.tables] == ["metrics", "tracks"]
     assert set(composed.arrays) >= {
@@ -62,7 +62,7 @@ def test_compose_separates_big_and_small_tables() -> None:
             "rdfv": {"value": 2.0, "ci95": [0.9, 1.1], "unit": ""},
         }
     }
-    assert composed.entries[0]["tables"] == {"states": 2, "tracks": 1, "decisions": results.BIG_ROWS + 1}
+    assert composed.entries[0]["tables"] == {"states": 2, "tracks": 1, "decisions": result_file.BIG_ROWS + 1}
 
 
 def test_metrics_without_a_value_are_null_rows() -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +15,12 @@ import pytest
 
 from algorithms.errors import AlgorithmError, RecordingError
 from algorithms.recording import ToaMarks
-from algorithms.result import Result
+from algorithms.result import Result, Table
 from algorithms.spec import Algorithm, Parameters, parameter
-from backend.files.store import write_arrays
-from backend.jobs import work
+from backend.files import array_file
+from backend.files.array_file import write_arrays
+from backend.files.store import Store
+from backend.jobs import results, work
 
 
 class Gain(Parameters):
@@ -38,17 +42,22 @@ def recording(tmp_path: Path) -> bytes:
 
 
 @pytest.fixture
-def run_with(monkeypatch: pytest.MonkeyPatch, recording: bytes) -> Callable[..., work.Outcome]:
+def run_with(monkeypatch: pytest.MonkeyPatch, recording: bytes, tmp_path: Path) -> Callable[..., work.Outcome]:
     """Run a block whose algorithm is the given function."""
 
     def run(
-        function: Callable[..., Result], parameters: dict[str, Any] | None = None, token: str = "t"
+        function: Callable[..., Result],
+        parameters: dict[str, Any] | None = None,
+        token: str = "t",
+        tables: dict[str, Table] | None = None,
+        output: Path | None = None,
     ) -> work.Outcome:
         algorithm = Algorithm(
-            "gain", "", "", "", ("toa_marks",), Gain, (), (), (), function, lambda *_: {}, lambda *_: []
+            "gain", "", "", "", ("toa_marks",), Gain, (), (), (), function, lambda *_: tables or {}, lambda *_: []
         )
         monkeypatch.setattr(work, "algorithms_by_name", lambda: {"gain": algorithm})
-        block = work.Block(token, "gain", "label", parameters or {}, 7, [("", np.frombuffer(recording, np.uint8))])
+        recordings: list[Any] = [("", np.frombuffer(recording, np.uint8) if output is None else tmp_path / "r.npz")]
+        block = work.Block(token, "gain", "label", parameters or {}, 7, recordings, output)
         return work.run_block(block, lambda share: None)
 
     return run
@@ -58,6 +67,53 @@ def test_a_block_is_done(run_with: Callable[..., work.Outcome]) -> None:
     outcome = run_with(lambda r, p, c: Result({"t": r.time_s * p.gain}), {"gain": 2.0})
     assert outcome.kind == "done"
     np.testing.assert_array_equal(outcome.arrays["t"], [0.0, 2.0, 4.0])
+
+
+def test_a_worker_of_this_machine_writes_the_file_that_the_server_would(
+    run_with: Callable[..., work.Outcome], tmp_path: Path
+) -> None:
+    tables = {
+        "errors": Table({"row": np.arange(3), "target": ["a", None, "a"]}),
+        "tracks": Table({"track": np.array([1.0])}),
+    }
+
+    def double(recording: ToaMarks, parameters: Gain, _c: object) -> Result:
+        return Result({"t": recording.time_s * parameters.gain, "x": np.zeros((3, 2))})
+
+    sent = run_with(double, {"gain": 2.0}, tables=tables)
+    put = run_with(double, {"gain": 2.0}, tables=tables, output=tmp_path / "out")
+    assert put.written is not None
+    assert put.arrays == {}
+    assert list(put.tables) == ["tracks"]
+    store = Store(tmp_path / "store")
+    sha256 = store.put_arrays(results.compose(["label"], [sent]).arrays)
+    assert put.written.path.read_bytes() == store.get_bytes(sha256)
+    assert put.written.sha256 == sha256
+    composed = [results.compose(["label"], [replace(outcome, seconds=0.0)]) for outcome in (sent, put)]
+    assert composed[0].entries == composed[1].entries
+    assert composed[0].entries[0]["tables"] == {"errors": 3, "tracks": 1}
+    assert composed[0].tables == composed[1].tables
+
+
+def test_nothing_stays_of_a_result_that_was_not_finished(
+    run_with: Callable[..., work.Outcome], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def cancelled(recording: ToaMarks, _p: object, _c: object) -> Result:
+        work.cancel(["gone"])
+        return Result({"t": recording.time_s})
+
+    outcome = run_with(cancelled, token="gone", output=tmp_path / "out")
+    assert outcome.kind == "cancelled"
+    assert not (tmp_path / "out").exists()
+
+    def refuse(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(array_file, "_write_array", refuse)
+    outcome = run_with(lambda r, _p, _c: Result({"t": r.time_s}), output=tmp_path / "out")
+    assert outcome.error is not None
+    assert outcome.error["code"] == "disk_full"
+    assert not (tmp_path / "out").exists()
 
 
 def test_streams_depend_on_seed_and_trial_only(run_with: Callable[..., work.Outcome]) -> None:

@@ -1,0 +1,56 @@
+"""Arrays in an .npz: what is hashed beside the writing is what stands in the file."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from backend.files.array_file import HashedArrays, read_arrays, write_arrays
+
+ARRAYS = {
+    "rdf/state": np.arange(3_000_000.0).reshape(-1, 3)[:, ::-1],
+    "rdf/used": np.array([[True, False]]),
+    "empty": np.empty((0, 3)),
+    "tables/states/rdf/columns": np.frombuffer(b"[]", np.uint8),
+}
+
+
+def test_the_hash_is_that_of_the_file_and_the_file_that_of_one_written_at_once(tmp_path: Path) -> None:
+    out = HashedArrays(tmp_path / "a.npz")
+    for name, array in ARRAYS.items():
+        out.add({name: array})
+    sha256 = out.finish()
+    out.close()
+    content = (tmp_path / "a.npz").read_bytes()
+    assert hashlib.sha256(content).hexdigest() == sha256
+    at_once = io.BytesIO()
+    write_arrays(at_once, ARRAYS)
+    assert content == at_once.getvalue()
+    back = read_arrays(np.frombuffer(content, np.uint8))
+    assert list(back) == list(ARRAYS)
+    for name, array in ARRAYS.items():
+        np.testing.assert_array_equal(back[name], array)
+
+
+@pytest.mark.parametrize("rows", [1, 1_000_000], ids="{} rows".format)
+def test_what_the_disk_refuses_is_told_at_the_end(rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    full = Path("/dev/full")
+    opened = Path.open
+    monkeypatch.setattr(Path, "open", lambda path, mode: opened(path, mode.replace("x", "w")))
+    out = HashedArrays(full)
+    out.add({"a": np.zeros(rows)})
+    with pytest.raises(OSError, match="No space left"):
+        out.finish()
+    out.close()
+
+
+def test_pickles_are_not_written(tmp_path: Path) -> None:
+    out = HashedArrays(tmp_path / "a.npz")
+    out.add({"a": np.array([object()])})
+    with pytest.raises(ValueError, match="allow_pickle"):
+        out.finish()
+    out.close()
