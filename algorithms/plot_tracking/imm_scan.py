@@ -143,7 +143,8 @@ def _gate(tracks: ImmTracks, which: Ints, ahead: Bank, scan: Scan, rules: Rules)
     """Covariance of the innovation in each model (T, M, 2, 2), and the radius of the gate (T,)."""
     here = np.einsum("tm,tmi->ti", ahead.mu, ahead.x[..., POSITION])
     s = ahead.p[..., POSITION][..., POSITION, :] + plot_covariances(here[:, 0], here[:, 1], rules)[:, None]
-    missed = scan.time_s - tracks.seen_s[which] > 1.5 * rules.period_s
+    # A track of nothing lives on false plots: one that is not confirmed is given no more of them when it misses one.
+    missed = tracks.confirmed[which] & (scan.time_s - tracks.seen_s[which] > 1.5 * rules.period_s)
     return s, rules.gate * np.where(missed, rules.coasting_gate, 1.0)
 
 
