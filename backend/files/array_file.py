@@ -36,7 +36,8 @@ class HashedArrays:
 
     def __init__(self, path: Path) -> None:
         self._out = path.open("xb")
-        self._source = path.open("rb")
+        # Without a buffer: it would hold bytes behind the end of a member, which still change.
+        self._source = path.open("rb", buffering=0)
         self._archive = zipfile.ZipFile(self._out, "w", zipfile.ZIP_STORED)
         self._digest = hashlib.sha256()
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="writer")

@@ -36,11 +36,20 @@ def test_the_hash_is_that_of_the_file_and_the_file_that_of_one_written_at_once(t
         np.testing.assert_array_equal(back[name], array)
 
 
+def test_the_hash_does_not_run_ahead_of_members_that_are_still_written(tmp_path: Path) -> None:
+    """The header of a member is written once more at its end; what is read before is another one."""
+    out = HashedArrays(tmp_path / "a.npz")
+    out.add({f"a{i}": np.full(40_000 if i % 2 else 400, i) for i in range(300)})
+    sha256 = out.finish()
+    out.close()
+    assert sha256 == hashlib.sha256((tmp_path / "a.npz").read_bytes()).hexdigest()
+
+
 @pytest.mark.parametrize("rows", [1, 1_000_000], ids="{} rows".format)
 def test_what_the_disk_refuses_is_told_at_the_end(rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
     full = Path("/dev/full")
     opened = Path.open
-    monkeypatch.setattr(Path, "open", lambda path, mode: opened(path, mode.replace("x", "w")))
+    monkeypatch.setattr(Path, "open", lambda path, mode, **how: opened(path, mode.replace("x", "w"), **how))
     out = HashedArrays(full)
     out.add({"a": np.zeros(rows)})
     with pytest.raises(OSError, match="No space left"):
