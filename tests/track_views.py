@@ -26,6 +26,7 @@ def track_decisions(recording: Recording) -> Table:
         "target": [recording.targets[i] for i in recording.target],
         "gate": ["tracking"] * count,
         "competing": ["2"] * count,
+        "outside": np.where(np.arange(count) % 50 == 3, 1.0, np.nan),
     }
     return Table(columns)
 

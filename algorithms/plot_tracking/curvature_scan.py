@@ -85,6 +85,8 @@ class Taken:
     """of each stage: its number, and track (in the table of before), plot and distance of every pair inside a gate"""
     areas: list[tuple[int, Ints, Floats, Floats]] = field(default_factory=list)
     """of each stage: its number, tracks, centres (T, 2) and covariances (T, 2, 2) times the squared radius"""
+    after: Ints = field(default_factory=lambda: np.empty(0, np.int64))
+    """(T,) where each track of before stands afterwards, -1 = it ended"""
 
     @classmethod
     def of(cls, plots: int) -> Taken:
@@ -145,6 +147,7 @@ def advance(tracks: TrackTable, scan: Scan, rules: Rules, next_number: Ints) -> 
     taken.role[starting] = STARTED
     # Where each plot's track stands afterwards.
     after = np.where(dies, -1, np.cumsum(~dies) - 1)
+    taken.after = after
     taken.at[owned] = after[taken.owner[owned]]
     taken.at[starting] = int((~dies).sum()) + np.arange(starting.size)
     return tracks.take(~dies).joined(TrackTable.starting_from(scan, starting, rules.history_plots)), taken, ending

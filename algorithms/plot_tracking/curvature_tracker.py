@@ -38,6 +38,7 @@ from algorithms.plot_tracking.gates import radius_of
 from algorithms.plot_tracking.history import Estimates, History, Ints
 from algorithms.plot_tracking.joined import joining_of
 from algorithms.plot_tracking.measures import measure
+from algorithms.plot_tracking.outside import just_outside
 from algorithms.plot_tracking.parameters import CurvatureParameters
 from algorithms.plot_tracking.placed import covariances_of, placed
 from algorithms.plot_tracking.plots import Scan
@@ -128,8 +129,19 @@ def _scan(feed: Feed, scan: Scan, tracks: TrackTable, rules: Rules, numbers: Int
     for stage, which, centre, covariance in taken.areas:
         gate = outputs.GATE_OF_STAGE[stage]
         history.areas(feed, scan.time_s, gate, old.lane[which], old.number[which], centre, covariance)
-    history.estimates(feed, _estimates(scan, taken, tracks))
+    history.estimates(feed, _estimates(scan, taken, tracks, _outside(scan, taken, old, tracks)))
     return tracks
+
+
+def _outside(scan: Scan, taken: Taken, old: TrackTable, tracks: TrackTable) -> Ints:
+    """(T,) row of a plot just outside the gate of each confirmed track that has missed its first scan, -1 = none."""
+    out = np.full(len(tracks), -1)
+    _, which, centre, shape = taken.areas[0]
+    missed = np.flatnonzero((old.misses[which] == 1) & old.confirmed[which])
+    found = just_outside(old.lane[which[missed]], centre[missed, None], shape[missed, None], scan, taken.free)
+    known = found >= 0
+    out[taken.after[which[missed[known]]]] = scan.position[found[known]]
+    return out
 
 
 def _lost_in_silence(tracks: TrackTable, time_s: float, rules: Rules) -> tuple[TrackTable, Ending]:
@@ -173,7 +185,7 @@ def _write_plots(scan: Scan, taken: Taken, old: TrackTable, rules: Rules, histor
         history.pairs(scan, plot, old.number[track], outputs.GATE_OF_STAGE[stage], np.sqrt(distance))
 
 
-def _estimates(scan: Scan, taken: Taken, tracks: TrackTable) -> Estimates:
+def _estimates(scan: Scan, taken: Taken, tracks: TrackTable, outside: Ints) -> Estimates:
     """Confirmed tracks at the instant of their plot, coasting ones at that of the scan."""
     which = np.flatnonzero(tracks.confirmed)
     plot_of = np.full(len(tracks), -1)
@@ -192,6 +204,7 @@ def _estimates(scan: Scan, taken: Taken, tracks: TrackTable) -> Estimates:
         number=tracks.number[which],
         time_s=np.where(hit, tracks.last_s[which], scan.time_s),
         mark=np.where(hit, scan.position[plot], -1) if scan.position.size else np.full(which.size, -1),
+        outside=outside[which],
         status=life_cycle.state_of(tracks.confirmed[which], tracks.misses[which]),
         misses=tracks.misses[which],
         state=np.stack([east, north, speed * np.sin(course), speed * np.cos(course)], axis=1),

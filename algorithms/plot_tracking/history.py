@@ -29,6 +29,7 @@ class Estimates:
     number: Ints
     time_s: Floats
     mark: Ints
+    outside: Ints
     status: Ints
     misses: Ints
     state: Floats
@@ -138,7 +139,7 @@ class History:
             "scan_time_s": np.array([t for t, _ in self._scans], float),
             "scan_radar": np.array([r for _, r in self._scans], np.int64),
         }
-        for n in ("time_s", "mark", "status", "misses", "state", "motion", "nis"):
+        for n in ("time_s", "mark", "outside", "status", "misses", "state", "motion", "nis"):
             out[f"estimate_{n}"] = whole[n]
         out["estimate_covariance"] = _in_place(whole["covariance"])
         out |= joined_tracks(out, whole["covariance"], joining)
@@ -169,6 +170,7 @@ def _no_estimates(models: int) -> Estimates:
         number=number,
         time_s=value,
         mark=number,
+        outside=number,
         status=number,
         misses=number,
         state=np.empty((0, 4)),

@@ -28,6 +28,7 @@ from algorithms.plot_tracking.imm_scan import advance, limits_of, plot_covarianc
 from algorithms.plot_tracking.imm_tracks import ImmTracks
 from algorithms.plot_tracking.joined import joining_of
 from algorithms.plot_tracking.measures import measure
+from algorithms.plot_tracking.outside import just_outside
 from algorithms.plot_tracking.parameters import ImmParameters
 from algorithms.plot_tracking.plots import Scan
 from algorithms.plot_tracking.radars import Feed, feeds_of
@@ -212,6 +213,18 @@ def _write_plots(scan: Scan, taken: Taken, tracks: ImmTracks, rules: Rules, hist
         history.pairs(scan, plot, tracks.number[track], int(gates[stage]), distance)
 
 
+def _outside(scan: Scan, taken: Taken, tracks: ImmTracks) -> Ints:
+    """(T,) row of a plot just outside the gates of each confirmed track that has missed its first scan, -1 = none."""
+    out = np.full(len(tracks), -1)
+    for stage, which, centre, shape in taken.areas:
+        if stage == 3:
+            missed = np.flatnonzero((tracks.misses[which] == 1) & tracks.confirmed[which])
+            found = just_outside(tracks.lane[which[missed]], centre[missed], shape[missed], scan, taken.free)
+            known = found >= 0
+            out[which[missed[known]]] = scan.position[found[known]]
+    return out
+
+
 def _estimates(scan: Scan, taken: Taken, tracks: ImmTracks, which: Ints, rules: Rules) -> Estimates:
     """Confirmed tracks at the instant of their plot, coasting ones at that of the scan."""
     plot_of = np.full(len(tracks), -1)
@@ -248,6 +261,7 @@ def _estimates(scan: Scan, taken: Taken, tracks: ImmTracks, which: Ints, rules: 
         number=tracks.number[which],
         time_s=time,
         mark=mark,
+        outside=_outside(scan, taken, tracks)[which],
         status=life_cycle.state_of(tracks.confirmed[which], tracks.misses[which]),
         misses=tracks.misses[which],
         state=mean[:, order],

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from algorithms.plot_tracking.calibration import INNER, MIDDLE_ONE, OUTER, gate_classes
 from algorithms.plot_tracking.joined_tables import joined_metrics
-from algorithms.plot_tracking.outputs import LEFT_OUT, MANOEUVRE, NOT_DETECTED, SHARED
+from algorithms.plot_tracking.outputs import LEFT_OUT, MANOEUVRE, NOT_DETECTED
+from algorithms.plot_tracking.purity import purity_counts, taken_by
 from algorithms.plot_tracking.scoring import FALSE_BELOW, manoeuvre_calls, manoeuvres, settled, switches, track_shares
 from algorithms.plot_tracking.truth import Matched, matched
-from algorithms.recording import CLUTTER, PolarPlots
+from algorithms.recording import PolarPlots
 from algorithms.result import Metric, Result
 
 Floats = NDArray[np.float64]
@@ -26,7 +27,7 @@ def measure(recording: PolarPlots, result: Result) -> list[Metric]:
     lanes = decision.shape[1]
     usable = ~np.isin(decision, (NOT_DETECTED, LEFT_OUT))
     confirmed = np.unique(np.stack([a["estimate_trial"], a["estimate_track"]]), axis=1)
-    of_confirmed = _taken_by(a, confirmed, lanes)
+    of_confirmed = taken_by(a, confirmed, lanes)
     n = int(usable.sum())
     out = [
         Metric("confirmed_tracks", float(confirmed.shape[1]) / max(lanes, 1), "1", lanes),
@@ -35,10 +36,14 @@ def measure(recording: PolarPlots, result: Result) -> list[Metric]:
     ellipse = gate_classes(a)
     followed = int((ellipse >= 0).sum())
     if followed:
+        outside = int((a["estimate_outside"] >= 0).sum())
         for name, code in (("inner_share", INNER), ("middle_share", MIDDLE_ONE), ("outer_share", OUTER)):
-            out.append(_share(name, int((ellipse == code).sum()), followed))
+            out.append(_share(name, int((ellipse == code).sum()), followed + outside))
+        out.append(_share("outside_share", outside, followed + outside))
         out.append(_share("manoeuvre_share", int((decision == MANOEUVRE).sum()), followed))
-    out += _purity(recording, a)
+    own, of_all = purity_counts(recording, a)
+    if of_all.any():
+        out.append(_share("purity", int(own.sum()), int(of_all.sum())))
     m = matched(recording, a, lanes)
     if len(recording.radars) > 1:
         out += joined_metrics(recording, a, m)
@@ -47,34 +52,6 @@ def measure(recording: PolarPlots, result: Result) -> list[Metric]:
 
 def _share(metric: str, hits: int, of: int) -> Metric:
     return Metric(metric, hits / of if of else None, "1", of)
-
-
-def _taken_by(a: dict[str, Any], tracks: Ints, lanes: int) -> NDArray[np.bool_]:
-    """(M, L) whether a plot went into one of these tracks (trial, number)."""
-    track = a["track"]
-    most = int(max(track.max(initial=0), tracks[1].max(initial=0))) + 1
-    known = np.zeros((lanes, most), bool)
-    known[tracks[0], tracks[1]] = True
-    out: NDArray[np.bool_] = known[np.arange(lanes)[None], track] & (track > 0)
-    return out
-
-
-def _purity(recording: PolarPlots, a: dict[str, Any]) -> list[Metric]:
-    """Share of confirmed tracks' plots that come from the target of most of the track's plots."""
-    named = np.array([name not in ("", CLUTTER) for name in recording.targets])
-    if not named.any():
-        return []
-    confirmed = np.unique(np.stack([a["estimate_trial"], a["estimate_track"]]), axis=1)
-    mark, lane = np.nonzero(_taken_by(a, confirmed, a["track"].shape[1]) & (a["decision"] != SHARED))
-    key = np.stack([lane, a["track"][mark, lane]])
-    _, index = np.unique(key, axis=1, return_inverse=True)
-    target = np.where(named[recording.target[mark]], recording.target[mark], -1)
-    pair, count = np.unique(np.stack([index.ravel(), target]), axis=1, return_counts=True)
-    best: dict[int, int] = {}
-    for i, t, c in zip(*pair.tolist(), count.tolist(), strict=True):
-        if t >= 0:
-            best[i] = max(best.get(i, 0), c)
-    return [_share("purity", sum(best.values()), int(mark.size))]
 
 
 def _against_truth(m: Matched, a: dict[str, Any]) -> list[Metric]:

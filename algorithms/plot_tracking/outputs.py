@@ -54,6 +54,12 @@ TRACK_OUTPUTS = (
     Output("estimate_scan", ("estimate",), "", "position of the scan in scan_time_s"),
     Output("estimate_time_s", ("estimate",), "s", "instant that it holds for"),
     Output("estimate_mark", ("estimate",), "", "position of its newest plot, -1 = it missed the scan"),
+    Output(
+        "estimate_outside",
+        ("estimate",),
+        "",
+        "position of a plot just outside its gate, -1 = none",
+    ),
     Output("estimate_status", ("estimate",), "", "where the track is in its life", STATES),
     Output("estimate_misses", ("estimate",), "", "scans missed in a row"),
     Output("estimate_state", ("estimate", "element"), "m, m/s", "east, north, and their velocities"),

@@ -133,22 +133,23 @@ def _judge_false(run: StudyRun) -> Sequence[Verdict]:
     return out
 
 
-# Shares inside the inner ellipse and in the outer ring in straight flight (specification 5).
-_GATES = (("paper", (0.65, 0.05)), ("line", (0.65, 0.05)), ("held", (0.65, 0.05)))
+# Shares inside the inner ellipse, in the outer ring and outside in straight flight (specification 5).
+_GATES = tuple((label, (0.65, 0.05, 0.002)) for label in ("paper", "line", "held"))
+_WHERE = ("share in the inner ellipse", "share in the outer ring", "share just outside the gate")
 _GATE_CLAIMS = tuple(
     Claim("section 2", f"{label}: {what}", REFERENCE.format(f"{value:g}"))
     for label, values in _GATES
-    for what, value in zip(("share in the inner ellipse", "share in the outer ring"), values, strict=True)
+    for what, value in zip(_WHERE, values, strict=True)
 )
 
 
 def _judge_gates(run: StudyRun) -> Sequence[Verdict]:
     out = []
-    names = ("inner_share", "manoeuvre_share")
+    names = ("inner_share", "manoeuvre_share", "outside_share")
     cases = [(label, name, value) for label, values in _GATES for name, value in zip(names, values, strict=True)]
     for claim, (label, name, expected) in zip(_GATE_CLAIMS, cases, strict=True):
         found = run.metric(name, label)
-        within = 0.1 if name == "inner_share" else 0.02
+        within = {"inner_share": 0.1, "manoeuvre_share": 0.02, "outside_share": 0.002}[name]
         out.append(near(claim, found, expected, within, "1", 3))
     return out
 

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.plot_tracking.calibration import INNER, NO_CLASS, OUTER, gate_classes
+from algorithms.plot_tracking.calibration import INNER, MIDDLE_ONE, NO_CLASS, OUTER, gate_classes
 from algorithms.plot_tracking.outputs import MANOEUVRE, MIDDLE, UPDATED
+from algorithms.plot_tracking.purity import purity_counts
 from algorithms.plot_tracking.truth import Matched, matched
 from algorithms.recording import PolarPlots
 from algorithms.result import Result
@@ -114,6 +115,8 @@ def score_result(recording: PolarPlots, result: Result) -> Scores:
     nees = np.where(sound, (yy * ex**2 - 2 * xy * ex * ey + xx * ey**2) / np.where(sound, determinant, 1.0), 0.0)
     calls = manoeuvre_calls(m, a)
     ellipse = _of_plots(a, gate_classes(a), e, NO_CLASS)
+    outside = has & (a["estimate_outside"][at] >= 0) if a["estimate_outside"].size else np.zeros(e.shape, bool)
+    followed = ((ellipse >= 0) | outside).astype(float)
     late = settled(m)[scan, target].astype(float)[:, None] * np.ones(lanes)
     sets = _set_tallies(m, scan, lanes)
     tallies = [
@@ -125,12 +128,15 @@ def score_result(recording: PolarPlots, result: Result) -> Scores:
         Tally("nees", "1", nees, np.where(sound, 2.0, 0.0), curve=True, chi_square=True),
         Tally("tracked_share", "1", known * late, late, curve=True, compared=True, share=True),
         *sets,
-        Tally("inner_share", "1", (ellipse == INNER).astype(float), (ellipse >= 0).astype(float), share=True),
-        Tally("outer_share", "1", (ellipse == OUTER).astype(float), (ellipse >= 0).astype(float), share=True),
+        Tally("inner_share", "1", (ellipse == INNER).astype(float), followed, share=True),
+        Tally("middle_share", "1", (ellipse == MIDDLE_ONE).astype(float), followed, share=True),
+        Tally("outer_share", "1", (ellipse == OUTER).astype(float), followed, share=True),
+        Tally("outside_share", "1", outside.astype(float), followed, share=True),
         Tally("manoeuvre_share", "1", calls.called, calls.followed, compared=True, share=True),
         Tally("manoeuvre_false_share", "1", calls.called * calls.steady, calls.followed * calls.steady, share=True),
         Tally("manoeuvre_detected", "1", calls.detected, calls.onset, compared=True, share=True),
         *_per_trial(m, a, lanes, time.size),
+        _purity(recording, a),
     ]
     samples = (
         Sample("horizontal_m", "m", np.sqrt(np.where(has, place, np.nan)).astype(np.float32)),
@@ -245,6 +251,11 @@ def _per_trial(m: Matched, a: dict[str, Any], lanes: int, scans: int) -> list[Ta
         Tally("switches_per_target", "1", switched, targets * one, compared=True),
         Tally("false_tracks_per_scan", "1", false, max(scans, 1) * one, compared=True),
     ]
+
+
+def _purity(recording: PolarPlots, a: dict[str, Any]) -> Tally:
+    own, of_all = purity_counts(recording, a)
+    return Tally("purity", "1", own.astype(float), of_all.astype(float), compared=True, share=True)
 
 
 def _without_truth(a: dict[str, Any], lanes: int, scans: int) -> list[Tally]:

@@ -219,8 +219,17 @@ def _decisions(recording: PolarPlots, a: dict[str, Any]) -> Table:
         "trial": trial_of(trial, a),
         "gate": [GATES[i] for i in a["gate"][mark, trial].tolist()],
         "competing": _competing(a, mark, trial),
+        "outside": _outside(a)[mark, trial],
     }
     return Table(columns)
+
+
+def _outside(a: dict[str, Any]) -> Floats:
+    """(M, L) number of the track just outside whose gate a plot lay, NaN = none."""
+    out = np.full(a["decision"].shape, np.nan)
+    known = a["estimate_outside"] >= 0
+    out[a["estimate_outside"][known], a["estimate_trial"][known]] = a["estimate_track"][known]
+    return out
 
 
 def _competing(a: dict[str, Any], mark: Ints, trial: Ints) -> list[str | None]:

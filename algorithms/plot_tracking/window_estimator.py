@@ -131,6 +131,7 @@ def _estimates(rows: Rows, found: Found, which: Ints) -> Estimates:
         number=rows.number[which],
         time_s=rows.t[-1, which],
         mark=rows.mark[-1, which],
+        outside=np.full(size, -1),
         status=np.full(size, life_cycle.CONFIRMED),
         misses=np.zeros(size, np.int64),
         state=found.state[which],

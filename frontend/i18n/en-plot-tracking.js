@@ -45,6 +45,8 @@ export default {
   "metric.inner_share": "Plots in the inner ellipse",
   "metric.middle_share": "Plots in the middle ellipse",
   "metric.outer_share": "Plots in the outer ring",
+  "metric.outside_share": "Plots just outside their gate",
+  "column.outside": "Just outside the gate of",
   "metric.manoeuvre_share": "Plots that show a manoeuvre",
   "metric.purity": "Purity of the tracks",
   "metric.tracked_share": "Continuity",

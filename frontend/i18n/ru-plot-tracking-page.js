@@ -45,6 +45,8 @@ export default {
   "metric.inner_share": "Отметки во внутреннем эллипсе",
   "metric.middle_share": "Отметки в среднем эллипсе",
   "metric.outer_share": "Отметки во внешнем кольце",
+  "metric.outside_share": "Отметки сразу за стробом",
+  "column.outside": "Сразу за стробом трассы",
   "metric.manoeuvre_share": "Отметки, показывающие манёвр",
   "metric.purity": "Чистота трасс",
   "metric.tracked_share": "Непрерывность",

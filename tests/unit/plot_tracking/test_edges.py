@@ -123,14 +123,39 @@ def test_when_a_manoeuvre_is_called_and_how_often_for_nothing(tracker: str, dela
 
 
 @pytest.mark.parametrize(
-    ("factor", "low", "high"), [(0.5, 0.0, 0.005), (1.0, 0.02, 0.055), (1.25, 0.055, 0.1), (2.0, 0.1, 0.2)]
+    ("factor", "low", "high", "outside"),
+    [
+        (0.5, 0.0, 0.005, (0.0, 0.0005)),
+        (1.0, 0.02, 0.055, (0.0, 0.006)),
+        (1.25, 0.055, 0.1, (0.001, 0.02)),
+        (2.0, 0.1, 0.2, (0.025, 0.06)),
+    ],
 )
-def test_wrong_accuracies_show_in_the_outer_ring(factor: float, low: float, high: float) -> None:
+def test_wrong_accuracies_show_in_the_outer_ring_and_outside(
+    factor: float, low: float, high: float, outside: tuple[float, float]
+) -> None:
     """Specification 10: 0.0, 4.0, 7.6 and 15.5 % for true errors of 0.5, 1, 1.25 and 2 times the believed ones."""
     recording = simulated(trials=32)
     believed = CurvatureParameters(sigma_range_m=200 / factor, sigma_azimuth_deg=8 / 60 / factor)
     found = metrics(recording, curvature_tracker.run(recording, believed, LocalContext()))
     assert low <= found["outer_share"] <= high
+    assert outside[0] <= found["outside_share"] <= outside[1]
+    shares = [found[f"{name}_share"] for name in ("inner", "middle", "outer", "outside")]
+    assert sum(shares) == pytest.approx(1.0)
+
+
+def test_a_plot_just_outside_a_gate_is_no_start_of_nothing_but_named_with_its_track() -> None:
+    recording = simulated(trials=32)
+    result = curvature_tracker.run(recording, CurvatureParameters(sigma_range_m=140.0), LocalContext())
+    table = curvature_tracker.ALGORITHM.tabulate(recording, result)["decisions"]
+    outside = np.isfinite(np.asarray(table.columns["outside"], float))
+    assert outside.any()
+    # Nobody took them: they may begin a track, or be the second plot of another.
+    words = {d for d, o in zip(table.columns["decision"], outside, strict=True) if o}
+    assert words <= {"started"}
+    false = simulated(trials=8, false_plots=50.0)
+    found = metrics(false, curvature_tracker.run(false, CurvatureParameters(), LocalContext()))
+    assert found["outside_share"] < 0.01
 
 
 @pytest.mark.slow
