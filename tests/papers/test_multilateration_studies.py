@@ -40,3 +40,9 @@ def test_a_biased_altitude() -> None:
     assert set(found) == {"conclusion: reproduced", "(13): partly", "(13): shown"}
     assert found["(13): partly"]["value"] == pytest.approx(95 / 380, rel=0.25)
     assert found["(13): shown"]["value"] > 1.5
+
+
+@pytest.mark.slow
+def test_stronger_filters() -> None:
+    """Table 8.3: every leg of every row within 8 %."""
+    assert set(claims_of("multilateration_stronger_filters", 480)) == {"8.3: reproduced"}
