@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.multilateration.accumulate import forget, remember, try_together
-from algorithms.multilateration.fix import residual_rms, solve_mark
+from algorithms.multilateration.fix import (
+    HEIGHT_SIGMAS,
+    HIGHEST_ALTITUDE_M,
+    LOWEST_ALTITUDE_M,
+    residual_rms,
+    solve_mark,
+)
 from algorithms.multilateration.lanes import (
     CLAIM_SHARE_OF_RANGE,
     IMPOSSIBLE_TOA,
@@ -15,7 +21,9 @@ from algorithms.multilateration.lanes import (
     R_CLAIM,
     R_FEW,
     R_FIX,
+    R_HEIGHT,
     R_INCONSISTENT,
+    R_LEFT_DOUBTFUL,
     R_LEFT_IMPOSSIBLE,
     R_NO_SOLUTION,
     R_NO_START,
@@ -53,6 +61,23 @@ def emission_offset(px, py, pz, toa_m, used, stations, lane):
             total += toa_m[s, lane] - np.sqrt(dx * dx + dy * dy + dz * dz)
             n += 1
     return total / (n * SPEED_OF_LIGHT_MPS) if n > 0 else np.nan
+
+
+@kernel
+def reason_of_spread(left):
+    """Why a reception was left out before anything was computed, where one was."""
+    return R_LEFT_IMPOSSIBLE if left > 0 else R_LEFT_DOUBTFUL if left < 0 else R_NONE
+
+
+@kernel
+def impossible_height(lane, setup, track):
+    """Whether the track lies where nothing flies, by more than its height's error."""
+    z = track.x[0, 6, lane]
+    if z > LOWEST_ALTITUDE_M and z < 0.5 * HIGHEST_ALTITUDE_M:
+        return False
+    spread = HEIGHT_SIGMAS * np.sqrt(max(track.p[0, 27, lane], 0.0))
+    h, _, _, _ = height_and_up(track.x[0, 0, lane], track.x[0, 3, lane], z, setup.earth)
+    return h < LOWEST_ALTITUDE_M - spread or h > HIGHEST_ALTITUDE_M + spread
 
 
 @kernel
@@ -143,20 +168,21 @@ def _solve_lane(lane, setup, now):
         now.fix_covariance,
         now.fix_cost,
     )
-    if n == 0:
-        return 0, R_NO_SOLUTION
-    if count + known > 4:
-        kept = 0
-        for j in range(n):
-            rms = residual_rms(now.fix_position[j], work[0], work[1], setup.stations, work[2])
-            if rms <= setup.residual_gate_m:
-                if kept != j:
-                    now.fix_position[kept] = now.fix_position[j]
-                    now.fix_covariance[kept] = now.fix_covariance[j]
-                kept += 1
-        if kept == 0:
-            return 0, R_RESIDUAL
-        n = kept
+    if n <= 0:
+        return 0, R_HEIGHT if n < 0 else R_NO_SOLUTION
+    # With as many data as unknowns there is a residual too, where no place explains them: the fix lies in the stations'
+    # plane then, as near as it gets.
+    kept = 0
+    for j in range(n):
+        rms = residual_rms(now.fix_position[j], work[0], work[1], setup.stations, work[2])
+        if rms <= setup.residual_gate_m:
+            if kept != j:
+                now.fix_position[kept] = now.fix_position[j]
+                now.fix_covariance[kept] = now.fix_covariance[j]
+            kept += 1
+    if kept == 0:
+        return 0, R_RESIDUAL
+    n = kept
     return n, R_NONE
 
 
@@ -251,7 +277,7 @@ def _try_start(lane, gate, setup, track, now):
     gathers = track.gathered.gate.shape[1] > 0 and now.receptions[lane] >= 2
     n, why = _solve_lane(lane, setup, now)
     if n == 0:
-        if gathers and why != R_RESIDUAL:
+        if gathers and why != R_RESIDUAL and why != R_HEIGHT:
             _try_start_together(lane, gate, setup, track, now)
             return
         now.status[lane] = RESIDUAL_GATE if why == R_RESIDUAL else NOT_INITIALISED
@@ -268,8 +294,7 @@ def _try_start(lane, gate, setup, track, now):
         return
     _count_start(lane, track)
     now.status[lane] = INITIALISED
-    plain = R_LEFT_IMPOSSIBLE if now.spread_left[lane] > 0 else R_NONE
-    now.reason[lane] = R_TWO if n == 2 else plain
+    now.reason[lane] = R_TWO if n == 2 else reason_of_spread(now.spread_left[lane])
 
 
 @kernel

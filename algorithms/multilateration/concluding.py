@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.multilateration.begin import claim_too_large, drop
+from algorithms.multilateration.begin import claim_too_large, drop, impossible_height, reason_of_spread
 from algorithms.multilateration.lanes import (
     ALTITUDE_ONLY,
     AMBIGUOUS,
@@ -14,7 +14,7 @@ from algorithms.multilateration.lanes import (
     NOT_INITIALISED,
     R_CLAIM,
     R_FEW,
-    R_LEFT_IMPOSSIBLE,
+    R_HEIGHT,
     R_REPAIRED,
     R_SCALED,
     R_SINGULAR,
@@ -25,6 +25,9 @@ from algorithms.multilateration.lanes import (
     WINDOW_MARKS,
 )
 from algorithms.toolbox.kernels import inlined, kernel
+
+# A height that is known to this is told by the marks; one that lies below the ground says that they lie.
+TOLD_HEIGHT_SD_M = 200.0
 
 
 @kernel
@@ -110,7 +113,9 @@ def conclude(lanes, setup, track, now):
                 now.reason[lane] = R_FEW
             else:
                 now.status[lane] = UPDATED
-                now.reason[lane] = R_LEFT_IMPOSSIBLE if now.spread_left[lane] > 0 else now.reason[lane]
+                now.reason[lane] = (
+                    reason_of_spread(now.spread_left[lane]) if now.spread_left[lane] != 0 else now.reason[lane]
+                )
             if setup.robust and now.dof[lane] > 0:
                 fill = track.window_fill[lane]
                 track.window[fill % WINDOW_MARKS, lane] = min(now.nis[lane] / now.dof[lane], WINDOW_CAP)
@@ -124,3 +129,9 @@ def conclude(lanes, setup, track, now):
             drop(lane, track)
             now.status[lane] = NOT_INITIALISED
             now.reason[lane] = R_CLAIM
+        elif setup.robust and track.live[lane] == 1 and impossible_height(lane, setup, track):
+            now.reason[lane] = R_HEIGHT
+            # Where marks tell no height it may wander, while the place in the plan is as good as claimed.
+            if track.p[0, 27, lane] < TOLD_HEIGHT_SD_M**2:
+                drop(lane, track)
+                now.status[lane] = NOT_INITIALISED

@@ -23,6 +23,7 @@ from algorithms.multilateration.reporting import (
     copy_shown,
     look_at,
     write_more,
+    write_rivals,
     write_scores,
     write_state,
 )
@@ -55,7 +56,7 @@ def filter_marks(marks, setup, track, now, rows, report, first, stop):
     robust = setup.robust
     for k in range(first, stop):
         gate = marks.time[k]
-        read_mark(k, marks, setup, now)
+        read_mark(k, marks, setup, track, now)
         if robust:
             elapse_to_emission(lanes, gate, setup, track, now)
         else:
@@ -99,5 +100,7 @@ def filter_marks(marks, setup, track, now, rows, report, first, stop):
             k, lanes, times, nis, dof, took, has_altitude, shown, report.time, report.nis, report.altitude_used
         )
         write_state(k, lanes, x, p, shown, report.state, report.covariance)
+        if followed < lanes or rivals > 0:
+            write_rivals(k, lanes, track, shown, report.covariance)
         if report.residual.shape[0] > 0:
             write_more(k, lanes, setup, track, now, report)

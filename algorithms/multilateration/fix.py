@@ -25,9 +25,11 @@ SAME_SOLUTION_M = 30.0
 # A second minimum whose cost is this much higher than the first is not a rival (specification 5, step 3 (a)).
 RIVAL_COST_GAP = 9.0
 # An aircraft is not below the ground and not in space: solutions outside are the mirror images of the hyperboloids.
-# Without an altitude, noise can push the only solution of a low target below the ground; it is then kept.
+# Without an altitude, noise can push the only solution of a low target below the ground; it is then kept, as far as its
+# own error allows.
 LOWEST_ALTITUDE_M = -1_000.0
 HIGHEST_ALTITUDE_M = 40_000.0
+HEIGHT_SIGMAS = 3.0
 # Standard deviation of the height that is assumed where the receptions say nothing about it.
 VAGUE_HEIGHT_SD_M = 20_000.0
 # A fix whose claimed horizontal error exceeds this many kilometres has no geometry behind it.
@@ -196,7 +198,8 @@ def solve_mark(
     covariance,
     cost,
 ):
-    """Solve one mark; return the number of solutions (0, 1 or 2), the best first.
+    """Solve one mark; return the number of solutions (0, 1 or 2), the best first; -1 where all lie at a height that
+    nothing flies at.
 
     Three receptions with altitude, or four and more, are solvable; fewer are not.
 
@@ -221,6 +224,7 @@ def solve_mark(
     cov = np.empty(6)
     found = 0
     admissible = 0
+    outside = 0
     for i in range(n_starts):
         for a in range(3):
             p[a] = starts[i, a]
@@ -230,6 +234,11 @@ def solve_mark(
         h, _, _, _ = height_and_up(p[0], p[1], p[2], earth)
         sound = LOWEST_ALTITUDE_M <= h <= HIGHEST_ALTITUDE_M
         if not sound and (altitude == altitude or admissible > 0):
+            continue
+        # A height that is hardly known may come out anywhere; one that is known, nowhere else.
+        spread = HEIGHT_SIGMAS * np.sqrt(max(cov[5], 0.0))
+        if not LOWEST_ALTITUDE_M - spread <= h <= HIGHEST_ALTITUDE_M + spread:
+            outside = 1
             continue
         if sound and admissible == 0:
             found = 0  # what was kept so far lies underground or in space: only good for want of anything better
@@ -260,7 +269,7 @@ def solve_mark(
         _order(position, covariance, cost, centre, stations, used)
         if cost[1] - cost[0] > RIVAL_COST_GAP:
             found = 1
-    return found
+    return -1 if found == 0 and outside == 1 else found
 
 
 @kernel

@@ -91,13 +91,13 @@ def solve_marks(
             n = solve_mark(
                 toa_m, used, stations, variance, height, altitude_variance, earth, centre, radius, p, c, cost
             )
-            if n == 0:
-                reason[k, trial] = lanes.R_NO_SOLUTION
+            if n <= 0:
+                reason[k, trial] = lanes.R_HEIGHT if n < 0 else lanes.R_NO_SOLUTION
                 continue
             rms = residual_rms(p[0], toa_m, used, stations, left)
             for s in range(n_stations):
                 residual[k, s, trial] = left[s]
-            if count + known > 4 and rms > gate_m:
+            if rms > gate_m:
                 status[k, trial] = lanes.RESIDUAL_GATE
                 reason[k, trial] = lanes.R_RESIDUAL
                 continue

@@ -30,6 +30,7 @@ from algorithms.multilateration.reporting import (
     copy_shown,
     look_at,
     write_more,
+    write_rivals,
     write_scores,
     write_state,
 )
@@ -61,7 +62,7 @@ def filter_marks_by_models(marks, setup, choice, track, bank, now, rows, report,
     single = np.zeros(LANES)
     single_go = np.zeros(LANES)
     for k in range(first, stop):
-        read_mark(k, marks, setup, now)
+        read_mark(k, marks, setup, track, now)
         elapse_to_emission(lanes, marks.time[k], setup, track, now)
         singles = 0
         rivals = 0
@@ -121,6 +122,8 @@ def filter_marks_by_models(marks, setup, choice, track, bank, now, rows, report,
             report.altitude_used,
         )  # fmt: skip
         write_state(k, lanes, x, p, now.shown, report.state, report.covariance)
+        if followed < lanes or rivals > 0:
+            write_rivals(k, lanes, track, now.shown, report.covariance)
         if report.residual.shape[0] > 0:
             write_more(k, lanes, setup, track, now, report)
         if report.probability.shape[0] > 0:

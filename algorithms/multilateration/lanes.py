@@ -58,6 +58,8 @@ REASONS = (
     "one reception was left out: the others agree without it",
     "the altitude was left out: the receptions agree without it",
     "one reception was left out: it cannot have come from where the others did",
+    "one reception was left out: those of its station were impossible a moment ago",
+    "the position lies below the ground or above 40 km",
 )
 # Words may be put better; these names stay.
 REASON_CODES = (
@@ -85,11 +87,13 @@ REASON_CODES = (
     "reception_left_out",
     "altitude_left_out",
     "impossible_reception",
+    "doubtful_reception",
+    "impossible_height",
 )
 (R_NONE, R_FEW, R_NO_START, R_NO_SOLUTION, R_RESIDUAL, R_CLAIM, R_GAP, R_INCONSISTENT, R_FIX) = range(9)
 (R_TWO, R_SPREAD, R_OLD, R_SINGULAR, R_SCALED, R_REPAIRED) = range(9, 15)
 (R_TOO_FEW, R_SAME_PAIR, R_SEVERAL, R_POOR, R_NOT_STRAIGHT, R_TOGETHER) = range(15, 21)
-(R_LEFT_RECEPTION, R_LEFT_ALTITUDE, R_LEFT_IMPOSSIBLE) = range(21, 24)
+(R_LEFT_RECEPTION, R_LEFT_ALTITUDE, R_LEFT_IMPOSSIBLE, R_LEFT_DOUBTFUL, R_HEIGHT) = range(21, 26)
 
 GAP_S = 60.0
 STALE_S = 20.0
@@ -113,6 +117,11 @@ EIGENVALUE_FLOOR = 1e-9
 WINDOW_CAP = 25.0
 RIVAL_COST_GAP = 9.0
 RELINEARISATIONS = 3
+# A station whose reception was impossible is believed less for so many marks, and not at all from this doubt on: two
+# within four marks begin it, ten in a row last for half a minute of marks a second apart.
+DOUBT_GAIN = 4
+DOUBT_LIMIT = 8
+DOUBT_MOST = 40
 # How a mark enters the estimate; `raw` keeps the emission time as a state.
 UPDATES = ("ekf", "iekf", "ukf", "ckf", "raw")
 (EKF, IEKF, UKF, CKF, RAW) = range(5)
@@ -190,6 +199,8 @@ class Track(NamedTuple):
     window: Floats
     """(WINDOW_MARKS, LANES), NIS / dof"""
     window_fill: Ints
+    doubt: Ints
+    """(S, LANES), how little a station is believed: grows with each reception that cannot be of the others' pulse"""
     gathered: Gathered
 
 
@@ -227,7 +238,9 @@ class Now(NamedTuple):
     altitude_extra: Floats
     altitude_biased: Floats
     spread_left: Ints
-    """1 + the station whose reception cannot be that of the others' pulse and is left out; 0 = none"""
+    """1 + the station whose reception cannot be that of the others' pulse and is left out, -1 - the one whose reception
+    is left out because others of it were impossible lately; 0 = none
+    """
     receptions: Ints
     """How many stations heard the mark."""
     possible: Ints
@@ -353,6 +366,7 @@ def new_track(stations: int = 0, gathered: int = 0) -> Track:
         suspect=np.zeros(LANES, np.int64),
         window=np.zeros((WINDOW_MARKS, LANES)),
         window_fill=np.zeros(LANES, np.int64),
+        doubt=np.zeros((stations, LANES), np.int64),
         gathered=new_gathered(stations, gathered),
     )
 

@@ -5,13 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.multilateration.begin import drop, emission_offset
-from algorithms.multilateration.lanes import COAST, GAP_S, R_NONE, R_OLD, REJECTED_TIME
+from algorithms.multilateration.lanes import (
+    COAST,
+    DOUBT_GAIN,
+    DOUBT_LIMIT,
+    DOUBT_MOST,
+    GAP_S,
+    R_NONE,
+    R_OLD,
+    REJECTED_TIME,
+)
 from algorithms.toolbox.kernels import LANES, inlined, kernel
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
 
 
 @inlined
-def read_mark(k, marks, setup, now):
+def read_mark(k, marks, setup, track, now):
     """Copy one mark into the lanes: finite receptions, altitude, and whether its spread is possible."""
     n_stations = setup.stations.shape[0]
     lanes = marks.toa.shape[2]
@@ -45,7 +54,14 @@ def read_mark(k, marks, setup, now):
     if setup.robust:
         for lane in range(lanes):
             if now.possible[lane] == 0:
-                _leave_impossible_out(lane, setup, now)
+                _leave_impossible_out(lane, setup, track, now)
+        doubted = 0
+        for s in range(n_stations):
+            for lane in range(lanes):
+                doubted += track.doubt[s, lane]
+        if doubted > 0:
+            for lane in range(lanes):
+                _leave_doubtful_out(lane, track, now)
     if setup.use_altitude:
         for lane in range(lanes):
             value = marks.altitude[k, lane]
@@ -88,7 +104,7 @@ def impossible_reception(toa_m, used, spread_limit):
 
 
 @kernel
-def _leave_impossible_out(lane, setup, now):
+def _leave_impossible_out(lane, setup, track, now):
     """Leave the one reception out of a lane's mark that makes its spread impossible, where there is one."""
     n = setup.stations.shape[0]
     toa = np.empty(n)
@@ -102,6 +118,26 @@ def _leave_impossible_out(lane, setup, now):
         now.receptions[lane] -= 1
         now.possible[lane] = 1
         now.spread_left[lane] = found + 1
+        track.doubt[found, lane] = min(track.doubt[found, lane] + DOUBT_GAIN, DOUBT_MOST)
+
+
+@kernel
+def _leave_doubtful_out(lane, track, now):
+    """Leave the reception of the station out that was impossible lately, where three others remain.
+
+    A clock that has jumped is not impossible from every side: in between its receptions would pull the track away,
+    which without an altitude nothing else notices.
+    """
+    worst = -1
+    for s in range(now.used.shape[0]):
+        if now.used[s, lane] > 0.0 and track.doubt[s, lane] > 0:
+            if track.doubt[s, lane] >= DOUBT_LIMIT and (worst < 0 or track.doubt[s, lane] > track.doubt[worst, lane]):
+                worst = s
+            track.doubt[s, lane] -= 1
+    if worst >= 0 and now.receptions[lane] >= 4 and now.spread_left[lane] == 0:
+        now.used[worst, lane] = 0.0
+        now.receptions[lane] -= 1
+        now.spread_left[lane] = -worst - 1
 
 
 @inlined

@@ -61,6 +61,27 @@ def write_state(k, lanes, x, p, shown, state, covariance):
                 covariance[k, i, lane] = p[i, lane] * shown[lane]
 
 
+@inlined
+def write_rivals(k, lanes, track, shown, covariance):
+    """Where another position may still be the true one, claim the mean square about the likelier.
+
+    With w the rival's probability and d its distance, P = (1 - w) P_0 + w (P_1 + d d').
+    """
+    whole = covariance.shape[1] == 45
+    for lane in range(lanes):
+        if track.rival[lane] == 1:
+            apart = min(max(track.cost[1, lane] - track.cost[0, lane], 0.0), 100.0)
+            w = 1.0 / (1.0 + np.exp(0.5 * apart))
+            for i in range(9):
+                for j in range(i + 1):
+                    if whole or (i % 3 == 0 and j % 3 == 0):
+                        q = i * (i + 1) // 2 + j
+                        d = (track.x[1, i, lane] - track.x[0, i, lane]) * (track.x[1, j, lane] - track.x[0, j, lane])
+                        value = (1.0 - w) * track.p[0, q, lane] + w * (track.p[1, q, lane] + d)
+                        at = q if whole else (i // 3) * (i // 3 + 1) // 2 + j // 3
+                        covariance[k, at, lane] = value * shown[lane]
+
+
 @kernel
 def write_more(k, lanes, setup, track, now, report):
     """Starts in vain, receptions and residuals."""

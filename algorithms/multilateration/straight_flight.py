@@ -25,6 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from algorithms.multilateration.fix import HIGHEST_ALTITUDE_M, LOWEST_ALTITUDE_M
 from algorithms.multilateration.lanes import Floats, Ints
 from algorithms.toolbox.kernels import strict
 from algorithms.toolbox.sensors.time_of_arrival import AT_STATION_M
@@ -45,8 +46,6 @@ FARTHEST_M = 1e6
 VALLEY_SIGMAS = (3.0, 6.0, 12.0)
 VALLEY_SHARE = 0.5
 PIN_STIFFNESS = 1e4
-LOWEST_ALTITUDE_M = -1_000.0
-HIGHEST_ALTITUDE_M = 40_000.0
 
 
 class Pile(NamedTuple):

@@ -30,7 +30,14 @@ _UPDATING = (
     lanes.AMBIGUOUS,
 )
 # Marks that entered as they should, of which something is to be told all the same.
-_WORTH_TELLING = (lanes.R_TOGETHER, lanes.R_LEFT_RECEPTION, lanes.R_LEFT_ALTITUDE, lanes.R_LEFT_IMPOSSIBLE)
+_WORTH_TELLING = (
+    lanes.R_TOGETHER,
+    lanes.R_LEFT_RECEPTION,
+    lanes.R_LEFT_ALTITUDE,
+    lanes.R_LEFT_IMPOSSIBLE,
+    lanes.R_LEFT_DOUBTFUL,
+    lanes.R_HEIGHT,
+)
 MODELS = ("straight flight", "manoeuvre")
 _POSITION = [0, 3, 6]
 _VELOCITY = [1, 4, 7]

@@ -56,6 +56,8 @@ export const words = {
   "linearised at the prediction (extended Kalman filter)": "линеаризация в прогнозе (расширенный фильтр Калмана)",
   "linearised again at its own solution (iterated)": "повторная линеаризация в своём решении (итерационное)",
   "over 19 points (unscented)": "по 19 точкам (сигма-точечное)",
+  "one reception was left out: those of its station were impossible a moment ago": "один приём отброшен: приёмы его пункта только что были невозможны",
+  "the position lies below the ground or above 40 km": "положение ниже поверхности земли или выше 40 км",
   "one reception was left out: it cannot have come from where the others did": "один приём отброшен: он не мог прийти оттуда же, откуда остальные",
   "{1} altitudes are the last decoded ones, held with growing noise.": "Удержаны последние принятые высоты с растущей погрешностью: {1}.",
   "{1} altitudes come from the table of emitter types.": "Высоты взяты из таблицы типов излучателей: {1}.",

@@ -141,6 +141,62 @@ def test_a_clock_that_jumps_is_left_out_named_and_seen_in_the_statuses() -> None
     assert "updated" not in words[60:], "without altitude nothing tells which one lies, but that one does"
 
 
+def test_without_altitude_a_jumped_clock_does_not_throw_the_track_about() -> None:
+    """A jump of 300 m is impossible from some sides only. Fixes that fit no place restart nothing."""
+    recording = heard(FLAT, flight((20_000, 12_000, 3_000), (-150, 0, 0), 300), altitude=False)
+    toa = recording.toa_s.copy()
+    toa[150:, 1] += 1e-6
+    jumped = replace(recording, toa_s=toa)
+    result = run(rdf, jumped)
+    words, why = statuses(result), [REASON_CODES[i] for i in result.arrays["reason"][:, 0]]
+    assert words.count("reinitialised") <= 2
+    assert {"impossible_reception", "doubtful_reception", "residual"} <= set(why)
+    off, claim = errors(jumped, result)
+    shown = np.isfinite(off)
+    assert off[shown].max() < 6_000, "98 km when every fix was believed"
+    assert not result.arrays["used"][:, 1, 0][[w == "doubtful_reception" for w in why]].any()
+    row = mlat_imm.tabulate(jumped, result)["decisions"].columns
+    assert any(r.endswith("station 2") for r in row["reason"] if "a moment ago" in r)
+    assert (off[:150] < 5 * claim[:150]).all()
+
+
+def test_one_late_reception_leaves_its_station_believed() -> None:
+    recording = heard(FLAT, flight((20_000, 12_000, 3_000), (-150, 0, 0), 40), altitude=False)
+    toa = recording.toa_s.copy()
+    toa[20, 1] += 60e-6
+    result = run(rdf, replace(recording, toa_s=toa))
+    assert [REASON_CODES[i] for i in result.arrays["reason"][20:23, 0]] == ["impossible_reception", "", ""]
+    assert result.arrays["used"][21:, 1].all()
+
+
+def test_a_position_below_the_ground_is_not_shown() -> None:
+    """Stations on hills tell above from below; a state below the ground beyond its own error ends the track."""
+    hills = ((5_000.0, 8_660.0, 1_500.0), (5_000.0, -8_660.0, 300.0), (-10_000.0, 0.0, 15.0), (0.0, 0.0, 900.0),
+             (9_000.0, 14_000.0, 2_500.0))  # fmt: skip
+    under = heard(hills, flight((9_000, 3_000, -3_000), (0, 20, 0)), altitude=False)
+    state = np.zeros(9)
+    state[[0, 3, 4, 6]] = 9_000, 3_000, 20, -3_000
+    for module in FILTERS:
+        start = {"mode": "given", "state": tuple(state), "sd": (100.0, 10.0, 1.0)}
+        told = module.ALGORITHM.parameters.model_validate({"start": start})
+        result: Result = module.run(under, told, LocalContext())
+        assert "impossible_height" in reasons(result), module
+        assert not np.isfinite(result.arrays["state"][:, 0]).any(), module
+    assert not np.isfinite(run(single_mark, under).arrays["state"]).any()
+
+
+@pytest.mark.parametrize("module", [rdfv, mlat_imm])
+def test_between_two_roots_the_claim_reaches_to_the_other(module: Any) -> None:
+    recording = heard(FLAT, flight((5_000, 22_000, 5_960), (100, 0, 0)), altitude=True, by=(1, 2, 3))
+    result = run(module, recording)
+    off, claim = errors(recording, result)
+    open_ = np.array([w in ("ambiguous", "initialised") for w in statuses(result)])
+    assert open_.sum() >= 2
+    assert off[open_].max() > 5_000, "the wrong one is shown at first"
+    assert (off < 4 * claim).all()
+    assert claim[~open_].max() < 500
+
+
 def test_a_station_that_lies_is_named() -> None:
     five = (*FLAT, (9_000.0, 14_000.0, 60.0))
     recording = heard(five, flight((30_000, 10_000, 3_000), (-150, 20, 0), 200), altitude=True)
