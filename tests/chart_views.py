@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -132,9 +133,15 @@ def path_values() -> dict[str, Any]:
     }
 
 
-def run(recording: Recording, *tables: Mapping[str, Table], labels: tuple[str, ...] = ("a", "b", "c")) -> RunView:
+def run(
+    recording: Recording,
+    *tables: Mapping[str, Table],
+    labels: tuple[str, ...] = ("a", "b", "c"),
+    algorithms: tuple[str, ...] = ("rdf",) * 3,
+) -> RunView:
     """A run with one entry for each set of tables."""
-    return RunView(recording, tuple(entry(labels[i], i, t, recording) for i, t in enumerate(tables)))
+    entries = (replace(entry(labels[i], i, t, recording), algorithm=algorithms[i]) for i, t in enumerate(tables))
+    return RunView(recording, tuple(entries))
 
 
 MODELS = (("cv_0.05", 0.75), ("ca_30", 0.25))
@@ -178,7 +185,8 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
         columns[f"{name}_crossing_distance_error_m"] = factor * growing
     columns |= {"ospa_m": 5 * growing, "gospa_m": 9 * growing}
     columns["answered_share"] = np.array([0.0, 0.5, 0.9, 1.0, 1.0] * 2)
-    for name in ("up_m", "velocity_up_mps"):
+    columns |= {"bound_east_m": 0.5 * growing, "bound_north_m": 0.5 * growing}
+    for name in ("up_m", "velocity_up_mps", "position_m"):
         columns |= {f"rms_{name}": growing, f"bound_{name}": 0.5 * growing}
         columns |= {f"rms_{name}_{e}": f * growing for e, f in (("low", 0.9), ("high", 1.1))}
     columns |= {f"mode_probability_{model}": np.where(np.isfinite(growing), share, np.nan) for model, share in MODELS}
@@ -187,13 +195,13 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
         columns |= {statistic: np.where(known, 1.5, np.nan)}
         columns |= {f"{statistic}_low": np.where(known, 0.7, np.nan), f"{statistic}_high": np.where(known, 1.4, np.nan)}
     metrics: dict[str, Any] = {
-        "metric": ["rms_horizontal_m"] * 3 + ["crossing_distance_rms_m"] * 2 + ["ospa_m"] * 2,
-        "segment": [None, None, "orbit", "crossing", "crossing", None, None],
-        "target": [None] * 7,
-        swept: np.array([10.0, 100.0, 10.0, 10.0, 100.0, 10.0, 100.0]),
-        "value": scale * np.array([20.0, 30.0, 40.0, 20.0, 30.0, 100.0, 150.0]),
-        "ci95_low": scale * np.array([19.0, 29.0, 39.0, 19.0, 29.0, 95.0, 140.0]),
-        "ci95_high": scale * np.array([21.0, np.nan, 41.0, 21.0, 31.0, 105.0, 160.0]),
+        "metric": ["rms_horizontal_m"] * 3 + ["crossing_distance_rms_m"] * 2 + ["ospa_m"] * 2 + ["rms_up_m"],
+        "segment": [None, None, "orbit", "crossing", "crossing", None, None, "turn"],
+        "target": [None] * 8,
+        swept: np.array([10.0, 100.0, 10.0, 10.0, 100.0, 10.0, 100.0, 10.0]),
+        "value": scale * np.array([20.0, 30.0, 40.0, 20.0, 30.0, 100.0, 150.0, 50.0]),
+        "ci95_low": scale * np.array([19.0, 29.0, 39.0, 19.0, 29.0, 95.0, 140.0, 49.0]),
+        "ci95_high": scale * np.array([21.0, np.nan, 41.0, 21.0, 31.0, 105.0, 160.0, 51.0]),
     }
     compared: dict[str, Any] = {
         "metric": ["rms_up_m", "rms_velocity_up_mps"] * 2,

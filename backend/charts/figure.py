@@ -63,6 +63,7 @@ REASONS = {
     "no_reference": "The first algorithm is swept itself: no single one of its values is what the others gain over.",
     "nothing_to_compare": "One algorithm alone: there is nothing to compare it with.",
     "no_models": "No algorithm of this run has several motion models.",
+    "no_operations": "No algorithm of this run has its operations counted, or no stage has an error.",
     "no_nis": "No algorithm of this run gave an innovation with its covariance.",
     "no_position": "Nothing in this recording has a place in the plane: it needs a site or true positions.",
     "no_base_line": "This recording has no site with transmitters and receivers.",

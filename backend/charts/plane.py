@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from algorithms.recording import PolarPlots, Recording
+from algorithms.recording import AntennaPlots, PolarPlots, Recording
 from algorithms.site import Site
 from backend.charts import theme
 from backend.charts.columns import Floats, by_key_and_time
@@ -89,7 +89,7 @@ class Plane:
 
     def add_plots(self) -> None:
         """Plots of radars as grey points."""
-        if not isinstance(self.recording, PolarPlots):
+        if not isinstance(self.recording, AntennaPlots | PolarPlots):
             return
         where = plot_positions(self.recording)
         points = thin(np.flatnonzero(np.isfinite(where.east_m + where.north_m)), self.options.marks)

@@ -8,7 +8,8 @@ import numpy as np
 import pymap3d
 from numpy.typing import NDArray
 
-from algorithms.recording import PolarPlots
+from algorithms.recording import AntennaPlots, PolarPlots
+from algorithms.toolbox.frames.bicone import antenna_axes, position_from_bicone
 from algorithms.toolbox.frames.slant import ground_from_slant
 from backend.charts.columns import Floats
 
@@ -23,14 +24,28 @@ class PlotPositions:
     radar_at_origin: bool
 
 
-def plot_positions(recording: PolarPlots) -> PlotPositions:
-    """Convert range and azimuth of the first trial to the plane.
+def antenna_positions(recording: AntennaPlots) -> Floats:
+    """(plot, 3) m in the site's frame, of the first trial; NaN outside the domain and where the antenna is unknown."""
+    radars = () if recording.site is None else recording.site.radars
+    if recording.site is None or not radars or radars[0].azimuth_deg is None or radars[0].elevation_deg is None:
+        return np.full((len(recording), 3), np.nan)
+    axes = antenna_axes(np.radians(radars[0].azimuth_deg), np.radians(radars[0].elevation_deg))
+    measured = (recording.range_m, recording.bicone_elevation_rad, recording.bicone_azimuth_rad)
+    range_m, elevation, azimuth = (values[:, 0] for values in measured)
+    return position_from_bicone(range_m, elevation, azimuth, axes, recording.site.radar_positions()[0])
+
+
+def plot_positions(recording: PolarPlots | AntennaPlots) -> PlotPositions:
+    """Convert range and azimuth, or an antenna's range and angles, of the first trial to the plane.
 
     A slant range is projected by the elevation or, failing that, by the altitude over a sphere; where neither is
     known, or no point at that range has that altitude, it is taken as it is, and counted. East and north at a radar
     that is placed in WGS-84 are turned into those of the site: a degree of longitude away north differs by most of
     a degree.
     """
+    if isinstance(recording, AntennaPlots):
+        east, north, _ = antenna_positions(recording).T
+        return PlotPositions(east, north, 0, False)
     radar_east, radar_north, altitude_of_radar, is_ground, known = _radars(recording)
     range_m, azimuth = recording.range_m[:, 0], recording.azimuth_rad[:, 0]
     elevation, altitude = recording.elevation_rad[:, 0], recording.altitude_m[:, 0]

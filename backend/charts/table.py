@@ -75,7 +75,8 @@ def _spread(trace: Trace) -> tuple[Any, Any, Floats]:
     if trace["type"] != "heatmap":
         x = np.asarray(trace["x"], float) if isinstance(trace["x"], np.ndarray) else list(trace["x"])
         return x, trace["y"], np.full(len(x), np.nan)
-    z = np.asarray(trace["z"], np.float64)
+    # Where colours are logarithms the values stand beside them.
+    z = np.asarray(trace.get("customdata", trace["z"]), np.float64)
     edges = np.asarray(trace["x"], np.float64)
     middle = (edges[:-1] + edges[1:]) / 2
     return np.tile(middle, z.shape[0]), [name for name in trace["y"] for _ in range(z.shape[1])], z.ravel()
@@ -92,7 +93,7 @@ def _numbers_or_words(values: Any) -> tuple[Floats, NDArray[Any]]:
 def _mark(trace: Trace, size: int) -> tuple[Floats, Floats]:
     """Row number and time of the mark that each point stands for."""
     unknown = np.full(size, np.nan)
-    if "customdata" not in trace:
+    if "customdata" not in trace or trace["type"] == "heatmap":
         return unknown, unknown
     rows = np.asarray(trace["customdata"], np.float64)
     time = trace.get("text", unknown)

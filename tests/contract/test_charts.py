@@ -75,6 +75,7 @@ VIEWS: dict[str, Callable[[Recording], RunView]] = {
             }
             for scale in (2.0, 1.0, 1.0)
         ],
+        algorithms=("rdf", "mma2_122", "kalman_1_5"),
     ),
     "long label": lambda r: chart_views.run(r, {"states": chart_views.states(r)}, labels=(LONG_LABEL,)),
     "all NaN": _all_nan,
@@ -176,7 +177,8 @@ def test_plotly_accepts_the_figure_as_it_is_sent(source: Any, name: str, what: s
 
 @pytest.mark.parametrize(("source", "name"), [(s, n) for s in ("run", "recording") for n in charts(s)])
 def test_a_chart_has_a_table_and_a_page(source: Any, name: str) -> None:
-    own = {("doppler_pairs",): chart_views.doppler, ("polar_plots",): chart_views.two_radars}
+    own = {("doppler_pairs",): chart_views.doppler, ("polar_plots",): chart_views.two_radars,
+           ("antenna_plots",): chart_views.antenna}  # fmt: skip
     recording = own.get(charts(source)[name].kinds, chart_views.marks)()
     view = RecordingView(recording) if source == "recording" else VIEWS["complete"](recording)
     drawn = charts(source)[name].draw(view, ChartOptions(full=True))

@@ -97,18 +97,20 @@ def covariance_from_bicone(
 
 
 def conversion_bias(
-    range_m: float, elevation_rad: float, azimuth_rad: float, sd_elevation_rad: float, sd_azimuth_rad: float
+    range_m: float, elevation_rad: ArrayLike, azimuth_rad: ArrayLike, sd_elevation_rad: float, sd_azimuth_rad: float
 ) -> Floats:
-    """(3,) m, second-order bias of a converted mark along the antenna's axes."""
-    u, w = np.sin(elevation_rad), np.sin(azimuth_rad)
+    """(3, ...) m, second-order bias of a converted mark along the antenna's axes."""
+    elevation, azimuth = np.asarray(elevation_rad, float), np.asarray(azimuth_rad, float)
+    u, w = np.sin(elevation), np.sin(azimuth)
     c = np.sqrt(1 - u * u - w * w)
 
-    def bend(angle: float) -> float:
-        return float(-np.cos(2 * angle) / c - (np.sin(angle) * np.cos(angle)) ** 2 / c**3)
+    def bend(angle: Floats) -> Floats:
+        bent: Floats = -np.cos(2 * angle) / c - (np.sin(angle) * np.cos(angle)) ** 2 / c**3
+        return bent
 
     return np.array(
         [
-            (sd_elevation_rad**2 * bend(elevation_rad) + sd_azimuth_rad**2 * bend(azimuth_rad)) * range_m / 2,
+            (sd_elevation_rad**2 * bend(elevation) + sd_azimuth_rad**2 * bend(azimuth)) * range_m / 2,
             -range_m * sd_elevation_rad**2 * u / 2,
             -range_m * sd_azimuth_rad**2 * w / 2,
         ]

@@ -27,6 +27,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         _add_estimates(plane, entry, options, colours)
     for recording in view.recordings:
         plane.add_truth(recording)
+    plane.add_stations()
     drawn = plane.draw(TITLE)
     # Colours stand for models here, so the page must name them, each once; what a true path is other plans say.
     drawn["layout"]["meta"]["legend"] = True

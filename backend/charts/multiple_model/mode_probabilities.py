@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from backend.charts import theme
 from backend.charts.columns import Floats
-from backend.charts.figure import ChartNote, Trace, axis, figure, not_applicable, time_axis, trace
+from backend.charts.figure import ChartNote, Trace, figure, not_applicable, time_axis, trace
+from backend.charts.multiple_model.panels import MOST, panels
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "Probabilities of the models"
@@ -22,29 +21,28 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     found = [entry for entry in view.entries if len(entry.table("mode_probabilities"))]
     if not found:
         return not_applicable(TITLE, "no_models")
+    shown = found if options.full else found[:MOST]
     traces: list[Trace] = []
-    layout: dict[str, Any] = {}
-    height = 1 / len(found)
-    for i, entry in enumerate(found):
-        suffix = "" if i == 0 else str(i + 1)
-        top = 1 - i * height
-        layout[f"yaxis{suffix}"] = axis(
-            "Probability" if len(found) == 1 else f"Probability, {entry.label}",
-            range=[0, 1],
-            domain=[top - height * (0.85 if len(found) > 1 else 1), top],
-        )
-        traces += _areas(entry, suffix, i)
+    for i, entry in enumerate(shown):
+        traces += _areas(entry, "" if i == 0 else str(i + 1), i)
+    layout = panels([entry.label for entry in shown], [_models(entry) for entry in shown], "Probability", legs=False)
     notes = [ChartNote("stacked", "Stacked from the first model of the list; the sum is one.")]
-    if any(_tracks(entry) > 1 for entry in found):
+    if len(shown) < len(found):
+        notes.append(ChartNote("panels", f"{MOST} panels of {len(found)} are drawn; the table has all."))
+    if any(_tracks(entry) > 1 for entry in shown):
         notes.append(ChartNote("mean_of_tracks", "Mean over all tracks of an instant; choose a target to see its own."))
     return figure(
         TITLE,
         traces,
         recording=view.recording,
         notes=notes,
-        xaxis=time_axis(view.recording, anchor="y" if len(found) == 1 else f"y{len(found)}"),
+        xaxis=time_axis(view.recording, anchor="y" if len(shown) == 1 else f"y{len(shown)}"),
         **layout,
     )
+
+
+def _models(entry: Entry) -> list[str]:
+    return list(dict.fromkeys(np.array(entry.table("mode_probabilities").columns["model"], object).tolist()))
 
 
 def _areas(entry: Entry, suffix: str, panel: int) -> list[Trace]:

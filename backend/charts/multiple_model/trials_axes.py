@@ -1,4 +1,4 @@
-"""Vertical error over trials at each instant: position or velocity, with the bound that is given beside it."""
+"""Error over trials at each instant, of one axis or of all, with the bound that is given beside it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ class Axis:
     title: str
     axis: str
     column: str
-    bound: str
+    bounds: tuple[str, ...]
+    """Columns of the axes' bounds; of several the root of the sum of squares counts."""
     unit: str
 
 
@@ -52,7 +53,7 @@ def draw_axis(view: RunView, options: ChartOptions, which: Axis) -> Figure:
 
 
 def _add_bound(series: Series, which: Axis, traces: list[Trace]) -> None:
-    bound = series.numbers(which.bound)
+    bound = np.sqrt(sum(series.numbers(name) ** 2 for name in which.bounds))
     known = [t for t in traces if t["meta"]["role"] == "bound"]
     if not np.isfinite(bound).any():
         return

@@ -6,7 +6,7 @@ from backend.charts.multiple_model.trials_axes import Axis, draw_axis
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Vertical error over trials"
-AXIS = Axis(TITLE, "Vertical error (rms), m", "rms_up_m", "bound_up_m", "m")
+AXIS = Axis(TITLE, "Vertical error (rms), m", "rms_up_m", ("bound_up_m",), "m")
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:

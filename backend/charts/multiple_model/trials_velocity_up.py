@@ -7,7 +7,7 @@ from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Vertical velocity error over trials"
 AXIS = Axis(
-    TITLE, "Vertical velocity error (rms), m/s", "rms_velocity_up_mps", "bound_velocity_up_mps", "m/s"
+    TITLE, "Vertical velocity error (rms), m/s", "rms_velocity_up_mps", ("bound_velocity_up_mps",), "m/s"
 )  # fmt: skip
 
 

@@ -1,0 +1,33 @@
+"""Panels under each other in which probabilities of models are stacked, one for each algorithm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from backend.charts import theme
+from backend.charts.figure import axis
+
+MOST = 4
+"""More could not be read."""
+# Shares of the height: the names above a panel, and those of legs above all.
+NAME, LEGS = 0.09, 0.1
+
+
+def panels(names: Sequence[str], models: Sequence[Sequence[str]], quantity: str, *, legs: bool) -> dict[str, Any]:
+    """Return axes `yaxis`, `yaxis2`, ... from the top down, and as `annotations` names, models in their colours."""
+    top = 1 - (LEGS if legs else 0.0)
+    height = top / len(names)
+    out: dict[str, Any] = {"annotations": []}
+    for i, (name, own) in enumerate(zip(names, models, strict=True)):
+        bottom = top - (i + 1) * height
+        end = bottom + height - NAME
+        title = quantity if len(names) == 1 else "Share"
+        more = {"tickvals": [0, 1]} if len(names) > 1 else {}
+        out[f"yaxis{'' if i == 0 else i + 1}"] = axis(title, range=[0, 1], domain=[bottom, end], **more)
+        said = [f'<span style="color:{theme.series_color(m)}">\u25a0</span> {model}' for m, model in enumerate(own)]
+        out["annotations"].append(
+            {"text": "  ".join([f"<b>{name}</b>", *said]), "x": 0, "xref": "paper", "xanchor": "left", "y": end,
+             "yref": "paper", "yanchor": "bottom", "showarrow": False, "font": {"size": 11}}
+        )  # fmt: skip
+    return out
