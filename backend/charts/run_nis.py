@@ -100,9 +100,8 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         picked=picked,
         notes=notes,
         xaxis=time_axis(view.recording),
-        yaxis=log_axis(
-            "NIS per degree of freedom" if by_dof else f"NIS ({dofs[0]:g} degrees of freedom)", traces, **vertical
-        ),
+        # The chart often stands in a low panel, where longer words would be cut off.
+        yaxis=log_axis("NIS per dof" if by_dof else f"NIS ({dofs[0]:g} dof)", traces, **vertical),
         annotations=labels,
     )
 

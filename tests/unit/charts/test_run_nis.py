@@ -28,7 +28,7 @@ def test_one_number_of_degrees_of_freedom_has_one_band_of_nis(traces_of) -> None
     low, high = limits(drawn, traces_of)
     assert low == pytest.approx([chi2.ppf(0.025, 3)])
     assert high == pytest.approx([chi2.ppf(0.975, 3)])
-    assert drawn["layout"]["yaxis"]["title"]["text"] == "NIS (3 degrees of freedom)"
+    assert drawn["layout"]["yaxis"]["title"]["text"] == "NIS (3 dof)"
     (inside,) = traces_of(drawn, "series", "inside")
     assert inside["y"].tolist() == [3] * 6
 
@@ -42,7 +42,7 @@ def test_changing_degrees_of_freedom_divide_nis_and_its_limits(traces_of, note_o
     assert high == pytest.approx((chi2.ppf(0.975, each) / each).tolist())
     (inside,) = traces_of(drawn, "series", "inside")
     np.testing.assert_allclose(inside["y"], 3 / dof)
-    assert drawn["layout"]["yaxis"]["title"]["text"] == "NIS per degree of freedom"
+    assert drawn["layout"]["yaxis"]["title"]["text"] == "NIS per dof"
     assert note_of(drawn, "nis_over_dof")
 
 
