@@ -241,6 +241,7 @@ ALGORITHM = Algorithm(
     outputs=outputs.TRACK_OUTPUTS,
     charts=(
         "plan",
+        "track_scope",
         "track_continuity",
         "plot_distances",
         "track_motion",

@@ -301,6 +301,7 @@ ALGORITHM = Algorithm(
     ),
     charts=(
         "plan",
+        "track_scope",
         "track_continuity",
         "plot_distances",
         "mode_probabilities",

@@ -191,6 +191,7 @@ ALGORITHM = Algorithm(
     outputs=(*outputs.TRACK_OUTPUTS, *WINDOW_OUTPUTS),
     charts=(
         "plan",
+        "track_scope",
         "track_motion",
         "radial_error",
         "drms",

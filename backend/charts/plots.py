@@ -68,6 +68,12 @@ def plot_positions(recording: PolarPlots | AntennaPlots) -> PlotPositions:
     )
 
 
+def radar_place(recording: PolarPlots) -> tuple[float, float]:
+    """East and north of the first radar at the recording's first plot, m."""
+    east, north, *_ = _radars(recording)
+    return float(np.ravel(east)[0]), float(np.ravel(north)[0])
+
+
 def _in_site_frame(
     recording: PolarPlots, east: Floats, north: Floats, up: Floats
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:

@@ -3,6 +3,10 @@
 
 /** @type {Record<string, string>} */
 export const words = {
+  "Range and azimuth": "Дальность и азимут",
+  "Range, km": "Дальность, км",
+  "Gates as ellipses of range and azimuth; a vector says where a track is in 30 s.": "Стробы – эллипсы по дальности и азимуту; вектор показывает, где трасса будет через 30 с.",
+  "From the place of the first radar; plots of the others are seen from there.": "Из места первой РЛС; отметки других видны оттуда.",
   "Trajectory through the last plots": "Траектория через последние отметки",
   "The curve of constant acceleration and curvature alone, fitted to the last plots of a known target: its accuracy, whether the descent finds the lowest minimum, and what a cut power series would cost.": "Только кривая постоянных ускорения и кривизны, проведённая через последние отметки известной цели: её точность, находит ли спуск наименьший минимум и чего стоил бы обрыв степенного ряда.",
   "number of the target": "номер цели",

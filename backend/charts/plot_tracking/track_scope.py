@@ -1,0 +1,165 @@
+"""What the radar sees, as it measures: azimuth to the right, range upwards; plots, tracks, their gates and vectors.
+
+Gates that are round in the plan are drawn here in the radar's own coordinates: near it they are wide in azimuth, far
+away narrow. Of few tracks every gate is drawn, of many the last one of each; a vector says where a track is in 30 s.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from algorithms.recording import PolarPlots
+from backend.charts import theme
+from backend.charts.columns import Floats, Ints, numbers, words
+from backend.charts.decimate import Picked, curve
+from backend.charts.estimates import Estimates, estimates_of
+from backend.charts.figure import ChartNote, Trace, axis, figure, hover, line_of, not_applicable, trace
+from backend.charts.plots import plot_positions, radar_place
+from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
+
+TITLE = "Range and azimuth"
+# Gates of all scans are drawn of so many tracks; of more the last one of each, of so many tracks at most.
+FEW_TRACKS, MOST_GATES = 2, 400
+AHEAD_S = 30.0
+HALF_TURN = 180.0
+OUTLINE = np.linspace(0.0, 2 * np.pi, 33)
+
+
+def draw(view: RunView, options: ChartOptions) -> Figure:
+    """Draw the plots, then each entry's tracks with gates and vectors."""
+    recording = view.recording
+    if not isinstance(recording, PolarPlots) or not len(recording):
+        return not_applicable(TITLE, "no_marks")
+    place = radar_place(recording)
+    traces: list[Trace] = []
+    picked: list[Picked] = []
+    drawn = [(entry, estimates_of(entry)) for entry in view.entries]
+    for entry, states in drawn:
+        if states.time_s.size:
+            traces += _tracks(entry, states, place, options, picked)
+    if not traces:
+        return not_applicable(TITLE, "no_states")
+    notes = [ChartNote("scope", "Gates as ellipses of range and azimuth; a vector says where a track is in 30 s.")]
+    if len(recording.radars) > 1:
+        notes.append(
+            ChartNote("first_radar", "From the place of the first radar; plots of the others are seen from there.")
+        )
+    return figure(
+        TITLE,
+        [_plots(recording, place, options), *traces],
+        recording=recording,
+        picked=picked,
+        notes=notes,
+        xaxis=axis("Azimuth, deg", range=[0, 360], dtick=45),
+        yaxis=axis("Range, km", rangemode="tozero"),
+    )
+
+
+def _polar(east: Floats, north: Floats, place: tuple[float, float]) -> tuple[Floats, Floats]:
+    """Azimuth in degrees, 0 to 360, and range in km from a place."""
+    e, n = east - place[0], north - place[1]
+    return np.mod(np.degrees(np.arctan2(e, n)), 360.0), np.hypot(e, n) / 1000.0
+
+
+def _plots(recording: PolarPlots, place: tuple[float, float], options: ChartOptions) -> Trace:
+    found = plot_positions(recording)
+    azimuth, range_km = _polar(found.east_m, found.north_m, place)
+    known = np.flatnonzero(np.isfinite(azimuth))
+    most = options.marks
+    if most is not None and known.size > most:
+        known = known[:: -(-known.size // most)]
+    return trace(
+        "measurement",
+        options.number(azimuth[known]),
+        options.number(range_km[known]),
+        name="plots",
+        mode="markers",
+        marker={"size": 3, "color": theme.TRUTH, "opacity": 0.5},
+        customdata=recording.row[known],
+        hovertemplate="%{x:.2f}°, %{y:.2f} km<extra></extra>",
+    )
+
+
+def _tracks(
+    entry: Entry, states: Estimates, place: tuple[float, float], options: ChartOptions, picked: list[Picked]
+) -> list[Trace]:
+    azimuth, range_km = _polar(states.numbers("east_m"), states.numbers("north_m"), place)
+    starts = states.starts.copy()
+    starts[1:] |= np.abs(np.diff(azimuth)) > HALF_TURN
+    points = curve(states.time_s, (azimuth, range_km), starts, options.curve_points)
+    picked.append(points)
+    line = trace(
+        "series",
+        options.number(points.take(azimuth)),
+        options.number(points.take(range_km)),
+        entry=entry,
+        name=entry.label,
+        mode="lines",
+        line=line_of(entry),
+        customdata=points.take(states.row),
+        **hover(
+            points,
+            entry.label,
+            "%{x:.2f}°, %{y:.2f} km<br>row %{customdata}",
+            [("track", states.words_at("track")), ("target", states.words_at("target"))],
+        ),
+    )
+    track = states.numbers("track")
+    last = np.flatnonzero(np.append(track[1:] != track[:-1], True))
+    return [line, *_vectors(entry, states, last, place), *_gates(entry, track, place)]
+
+
+def _vectors(entry: Entry, states: Estimates, last: Ints, place: tuple[float, float]) -> list[Trace]:
+    """From the last estimate of each track to where it is in 30 s."""
+    here = [states.numbers(n)[last] for n in ("east_m", "north_m")]
+    speed = [states.numbers(n)[last] for n in ("velocity_east_mps", "velocity_north_mps")]
+    ends = [_polar(here[0] + t * speed[0], here[1] + t * speed[1], place) for t in (0.0, AHEAD_S)]
+    known = np.flatnonzero(np.isfinite(ends[1][0]) & (np.abs(ends[1][0] - ends[0][0]) < HALF_TURN))
+    if not known.size:
+        return []
+    gap = np.full(known.size, np.nan)
+    x, y = (np.stack([ends[0][i][known], ends[1][i][known], gap], axis=1).ravel() for i in (0, 1))
+    return [_outline(entry, x, y, 2.5, "solid", "vectors")]
+
+
+def _gates(entry: Entry, track: Floats, place: tuple[float, float]) -> list[Trace]:
+    areas = entry.table("gate_areas")
+    if not len(areas):
+        return []
+    shown = np.unique(track)
+    of = numbers(areas, "track")
+    mine = np.flatnonzero(np.isin(of, shown) & (words(areas, "gate") == "tracking"))
+    if shown.size > FEW_TRACKS and mine.size:
+        # The last of each track; of interacting models two of one scan.
+        time = numbers(areas, "time_s")[mine]
+        latest = {t: time[of[mine] == t].max() for t in np.unique(of[mine]).tolist()}
+        mine = mine[time == np.array([latest[t] for t in of[mine].tolist()])]
+    mine = mine[-MOST_GATES:]
+    if not mine.size:
+        return []
+    turn = np.radians(numbers(areas, "azimuth_deg")[mine])[:, None]
+    major, minor = (numbers(areas, n)[mine][:, None] for n in ("semi_major_m", "semi_minor_m"))
+    along, across = major * np.cos(OUTLINE), minor * np.sin(OUTLINE)
+    east = numbers(areas, "east_m")[mine][:, None] + along * np.sin(turn) + across * np.cos(turn)
+    north = numbers(areas, "north_m")[mine][:, None] + along * np.cos(turn) - across * np.sin(turn)
+    azimuth, range_km = _polar(east, north, place)
+    # One that lies across north is drawn in two pieces.
+    azimuth[:, 1:][np.abs(np.diff(azimuth, axis=1)) > HALF_TURN] = np.nan
+    gap = np.full((mine.size, 1), np.nan)
+    x, y = (np.concatenate([part, gap], axis=1).ravel() for part in (azimuth, range_km))
+    return [_outline(entry, x, y, 1.0, "dot", "gates")]
+
+
+def _outline(entry: Entry, x: Floats, y: Floats, width: float, dash: str, name: str) -> Trace:
+    look: dict[str, Any] = {"color": theme.series_color(entry.index), "width": width, "dash": dash}
+    return trace(
+        "interval", x, y, entry=entry, name=f"{entry.label}, {name}", showlegend=False, mode="lines", line=look,
+        hoverinfo="skip",
+    )  # fmt: skip
+
+
+CHART = Chart(
+    name="track_scope", title=TITLE, source="run", needs=("states",), draw=draw, kinds=("polar_plots",), overlay="frame"
+)
