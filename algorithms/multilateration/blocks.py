@@ -7,7 +7,10 @@ they are given beyond their last mark is empty, and what they then report is not
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -135,7 +138,10 @@ def _pairs(into: Report, report: Report) -> Iterator[tuple[NDArray[Any], NDArray
             yield ours, theirs
 
 
-def blocks_of(recording: ToaMarks, trials: int) -> Iterator[TrialsOfTarget | TargetsOfTrial]:
+Block = TrialsOfTarget | TargetsOfTrial
+
+
+def blocks_of(recording: ToaMarks, trials: int) -> Iterator[Block]:
     """Cut a recording into blocks of at most LANES lanes."""
     rows = recording.rows_by_target()
     present = [target for target, here in enumerate(rows) if here.size]
@@ -150,3 +156,24 @@ def blocks_of(recording: ToaMarks, trials: int) -> Iterator[TrialsOfTarget | Tar
         for first in range(0, trials, LANES):
             part = slice(first, min(first + LANES, trials))
             yield TrialsOfTarget(target, rows[target], part, rows[target].size == len(recording))
+
+
+def run_beside(run: Callable[[Iterator[Block]], None], blocks: Sequence[Block], *, threads: int) -> None:
+    """Let so many threads run blocks, each taking the next one that is left; kernels do not hold the interpreter.
+
+    Blocks do not know of each other and write to rows of their own: whoever runs them, the bytes are the same.
+    """
+    if threads == 1 or len(blocks) == 1:
+        run(iter(blocks))
+        return
+    # A deque gives each of its members to one thread.
+    left = deque(blocks)
+
+    def taken() -> Iterator[Block]:
+        with suppress(IndexError):
+            while True:
+                yield left.popleft()
+
+    with ThreadPoolExecutor(threads, thread_name_prefix="blocks") as pool:
+        for end in [pool.submit(run, taken()) for _ in range(threads)]:
+            end.result()

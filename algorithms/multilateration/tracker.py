@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
@@ -11,7 +12,7 @@ from algorithms.errors import ParameterError, RecordingError
 from algorithms.multilateration import lanes
 from algorithms.multilateration.altitudes import Altitudes, altitudes_of
 from algorithms.multilateration.bank import Choice, new_bank, with_altitude_noise
-from algorithms.multilateration.blocks import blocks_of
+from algorithms.multilateration.blocks import Block, blocks_of, run_beside
 from algorithms.multilateration.conditions import Conditions, conditions_of, given_or_default, toa_of
 from algorithms.multilateration.filter_kernel import filter_marks
 from algorithms.multilateration.imm_kernel import filter_marks_by_models
@@ -161,25 +162,31 @@ def _filtered(
     with_models = models is not None and (not lean or is_smoothed)
     whole = lanes.new_report(len(recording), stations, trials, covariance=kept, receptions=not lean, models=with_models)
     highest = np.zeros((len(recording.targets), trials), np.int64)
-    now, work = lanes.new_now(stations), lanes.new_rows(stations)
     step = max(1, SLICE_RECEPTIONS // max(stations, 1))
-    done, total = 0, max(len(recording) * trials, 1)
-    for block in blocks_of(recording, trials):
-        track = started(parameters.start, recording, block.firsts, block.numbers, context, gathered)
-        bank = new_bank(stations)
-        for k in range(0, block.size, step):
-            context.check_cancelled()
-            stop = min(k + step, block.size)
-            marks = block.marks(recording, toa, altitudes, k, stop)
-            report = lanes.new_report(
-                stop - k, stations, marks.time.shape[1], covariance=kept, receptions=not lean, models=with_models
-            )
-            if models is None:
-                filter_marks(marks, setup, track, now, work, report, 0, stop - k)
-            else:
-                filter_marks_by_models(marks, setup, models, track, bank, now, work, report, 0, stop - k)
-            done += block.put(whole, report, highest, k, stop)
-            context.progress(done / total)
+    total = max(len(recording) * trials, 1)
+    done: list[int] = []
+
+    def run(blocks: Iterator[Block]) -> None:
+        now, work = lanes.new_now(stations), lanes.new_rows(stations)
+        for block in blocks:
+            track = started(parameters.start, recording, block.firsts, block.numbers, context, gathered)
+            bank = new_bank(stations)
+            for k in range(0, block.size, step):
+                context.check_cancelled()
+                stop = min(k + step, block.size)
+                marks = block.marks(recording, toa, altitudes, k, stop)
+                report = lanes.new_report(
+                    stop - k, stations, marks.time.shape[1], covariance=kept, receptions=not lean, models=with_models
+                )
+                if models is None:
+                    filter_marks(marks, setup, track, now, work, report, 0, stop - k)
+                else:
+                    filter_marks_by_models(marks, setup, models, track, bank, now, work, report, 0, stop - k)
+                done.append(block.put(whole, report, highest, k, stop))
+                context.progress(sum(done) / total)
+
+    # Trials keep all processors busy as it is.
+    run_beside(run, list(blocks_of(recording, trials)), threads=2 if trials == 1 else 1)
     if is_smoothed:
         smooth_report(recording, whole, parameters, _process_noise(parameters), models)
     # Every target counts its tracks from one; in the recording they go on from target to target.

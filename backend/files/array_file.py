@@ -1,16 +1,18 @@
-"""Named arrays as one uncompressed .npz: written, hashed beside the writing, and read from the memory."""
+"""Named arrays as one uncompressed .npz: written, hashed beside the writing, read from the memory or where they lie."""
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
 import io
+import mmap
 import os
+import struct
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import IO, Any, BinaryIO
+from typing import IO, Any, BinaryIO, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,14 @@ from numpy.typing import NDArray
 _CHUNK = 1 << 20
 # The earliest date that a zip file can carry: equal arrays give equal bytes at any time of day.
 _ZIP_DATE = (1980, 1, 1, 0, 0, 0)
+# Bytes of what stands before a member: its header without name, the field of large files, the field that fills up to
+# the next multiple (number, length, multiple, as Android's packages have it). So arrays can be used where they lie.
+_LOCAL_HEADER, _ZIP64_FIELD, _ALIGNMENT = 30, 20, struct.Struct("<HHH")
+_ALIGNMENT_FIELD, _ALIGNED = 0xD935, 64
+# Of a local header: lengths of name and further fields.
+_LENGTHS = struct.Struct("<26xHH")
+# The header of an array is shorter.
+_ARRAY_HEADER = 4096
 
 
 def write_arrays(path: Path | BinaryIO, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -81,6 +91,9 @@ class HashedArrays:
 
 def _add(archive: zipfile.ZipFile, name: str, array: NDArray[Any]) -> None:
     member = zipfile.ZipInfo(f"{name}.npy", date_time=_ZIP_DATE)
+    before = archive.start_dir + _LOCAL_HEADER + len(member.filename.encode()) + _ZIP64_FIELD + _ALIGNMENT.size
+    fill = -before % _ALIGNED
+    member.extra = _ALIGNMENT.pack(_ALIGNMENT_FIELD, 2 + fill, _ALIGNED) + bytes(fill)
     with archive.open(member, "w", force_zip64=True) as out:
         _write_array(out, np.ascontiguousarray(array))
 
@@ -100,6 +113,44 @@ def read_arrays(content: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
     """Return all arrays of an .npz whose bytes stand in the memory; they are not copied on the way."""
     with np.load(io.BufferedReader(_InMemory(content)), allow_pickle=False) as archive:
         return dict(archive)
+
+
+class MappedArrays(Mapping[str, NDArray[Any]]):
+    """Arrays of an .npz where they lie in the file: read from the disk as far as somebody looks at them.
+
+    Writing to one changes nothing but this view. Members of other programs, or of earlier versions, are copied.
+    """
+
+    def __init__(self, path: Path) -> None:
+        with path.open("rb") as file:
+            with zipfile.ZipFile(file) as archive:
+                self._members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+            self._memory = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return an array; KeyError where there is none."""
+        member = self._members[name]
+        if member.compress_type != zipfile.ZIP_STORED:
+            raise ValueError(f"{name} is compressed: no file of this program")
+        lengths: tuple[int, int] = _LENGTHS.unpack_from(self._memory, member.header_offset)
+        start = member.header_offset + _LOCAL_HEADER + sum(lengths)
+        head = io.BytesIO(self._memory[start : start + _ARRAY_HEADER])
+        version = np.lib.format.read_magic(head)
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, is_fortran, dtype = read(head)
+        if dtype.hasobject:
+            raise ValueError(f"{name}: pickles are not read (allow_pickle)")
+        order: Literal["F", "C"] = "F" if is_fortran else "C"
+        array: NDArray[Any] = np.ndarray(shape, dtype, self._memory, start + head.tell(), order=order)
+        return array if array.flags.aligned else array.copy()
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names in order."""
+        return iter(self._members)
+
+    def __len__(self) -> int:
+        """Return the number of arrays."""
+        return len(self._members)
 
 
 class _InMemory(io.RawIOBase):

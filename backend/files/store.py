@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from backend.errors import NotFoundError, StorageError
-from backend.files.array_file import write_arrays
+from backend.files.array_file import MappedArrays, write_arrays
 
 # Bytes per read while hashing.
 _CHUNK = 1 << 20
@@ -124,9 +124,8 @@ class Store:
         return np.fromfile(self.existing(sha256), np.uint8)
 
     def get_arrays(self, sha256: str) -> Mapping[str, NDArray[Any]]:
-        """Return named arrays; each is read from the disk when it is asked for."""
-        arrays: Mapping[str, NDArray[Any]] = np.load(self.existing(sha256), allow_pickle=False)
-        return arrays
+        """Return named arrays; they are read from the disk as far as somebody looks at them."""
+        return MappedArrays(self.existing(sha256))
 
     def size(self, sha256: str) -> int | None:
         """Return the size of a blob in bytes, None where it is missing."""

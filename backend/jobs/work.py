@@ -12,6 +12,7 @@ import platform
 import time
 import traceback
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -35,6 +36,8 @@ from backend.jobs.worker_memory import keep_freed_memory, lift_limit
 
 # Seconds between two reports of progress.
 REPORT_S = 0.25
+# Of a recording of more marks tables are made while metrics are computed.
+LONG = 100_000
 
 # Tokens of blocks that were cancelled. The worker's event loop adds to it while its only task looks into it.
 _cancelled: set[str] = set()
@@ -231,12 +234,15 @@ def _outcome(
     result = algorithm.run(recording, parameters, context)
     if out is not None:
         out.add_arrays(result.arrays)
-    # What metrics need in between is gone before the tables come.
-    metrics = tuple(algorithm.measure(recording, result))
+    # Of a long recording both take as long as the filter; neither changes anything.
+    with ThreadPoolExecutor(1, thread_name_prefix="tables") as beside:
+        tabulated = beside.submit(algorithm.tabulate, recording, result) if len(recording) > LONG else None
+        metrics = tuple(algorithm.measure(recording, result))
+        tables = algorithm.tabulate(recording, result) if tabulated is None else tabulated.result()
     return Outcome(
         "done",
         arrays=dict(result.arrays),
-        tables=algorithm.tabulate(recording, result),
+        tables=tables,
         metrics=metrics,
         settings={name: asdict(setting) for name, setting in result.settings.items()},
         notes=tuple(asdict(note) for note in result.notes),
