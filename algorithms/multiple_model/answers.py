@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from algorithms.multiple_model.bound import jump_bound
 from algorithms.multiple_model.measurements import Plots
+from algorithms.multiple_model.merging_cost import merging_operations
 from algorithms.multiple_model.parameters import MotionParameters
 from algorithms.multiple_model.states import UNUSUAL
 from algorithms.multiple_model.tracker import Detector, Filtered, ModelSet, run_bank
@@ -102,6 +103,10 @@ def scores_of(recording: Plots, parameters: MotionParameters, chosen: ModelSet, 
         for m, name in enumerate(chosen.names)
         if len(chosen.models) > 1
     ]
+    merging = merging_operations(recording, chosen, report.probability)
+    if merging is not None:
+        known = np.isfinite(merging)
+        tallies.append(Tally("merging_operations", "1", np.where(known, merging, 0.0), known.astype(float)))
     unusual = (report.status == UNUSUAL).astype(float)
     tallies.append(Tally("unusual_share", "1", unusual, np.ones(unusual.shape), share=True))
     tallies += _bound_tallies(recording, parameters, report.nis.shape)

@@ -218,6 +218,7 @@ export default {
   "metric.rms_velocity_east_mps": "Velocity error east, rms",
   "metric.rms_velocity_north_mps": "Velocity error north, rms",
   "metric.mode_probability": "Mean probability of the model {model}",
+  "metric.merging_operations": "Operations of merging",
   "metric.unusual_share": "Unusual measurements",
   "metric.bound_east_m": "Bound of the east error",
   "metric.bound_north_m": "Bound of the north error",

@@ -219,6 +219,7 @@ export default {
   "metric.rms_velocity_east_mps": "Ошибка скорости на восток, СКО",
   "metric.rms_velocity_north_mps": "Ошибка скорости на север, СКО",
   "metric.mode_probability": "Средняя вероятность модели {model}",
+  "metric.merging_operations": "Операции объединения",
   "metric.unusual_share": "Необычные измерения",
   "metric.bound_east_m": "Граница ошибки на восток",
   "metric.bound_north_m": "Граница ошибки на север",
