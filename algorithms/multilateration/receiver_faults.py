@@ -181,8 +181,9 @@ def faults_of(left: Left, conditions: Conditions, open_cases: list[int]) -> list
     ratio = left.ratio(conditions)
     if not ratio.size:
         return []
-    # Real receptions scatter more than their sigma says: the median of all tells by how much.
-    noise2 = max(float(np.median(np.abs(ratio)) / 0.6745) ** 2, 1.0)
+    # Real receptions scatter more than their sigma says: the median of all tells by how much. Beyond this it is no
+    # noise.
+    noise2 = min(max(float(np.median(np.abs(ratio)) / 0.6745), 1.0), WILD_RATIO) ** 2
     found = [fault for j in open_cases for fault in explanations(left, conditions, j, noise2)]
     sigma = np.sqrt(conditions.variance)
     found = [f for f in found if f.chi2 > LEAST_CHI2 and f.effect_m > LEAST_EFFECT_IN_SIGMA * sigma[f.station]]

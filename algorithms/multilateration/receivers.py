@@ -49,15 +49,23 @@ Floats = NDArray[np.float64]
 # Marks looked at; more would not change the answer.
 MOST_MARKS = 20_000
 # Explanations whose chi2 reaches this share of the largest are corrected in turn, at most so many, so many times each,
-# in so many marks.
+# in so many marks. A fault of kilometres takes that many: far off, the marks' own solutions are wrong too.
 NEAR_SHARE = 0.2
 MOST_TRIED = 10
-CORRECTIONS = 3
+CORRECTIONS = 8
+SETTLED = 1e-3
 MARKS_TRIED = 2_000
 # Another receiver whose correction leaves no more than this many times as much cannot be told from the one named.
 AS_GOOD = 1.1
+# The best correction must leave so little, in standard deviations (0.8 where all is right), or this share of what there
+# was. One that does not has found nothing: it explains the residuals away and names the wrong receiver.
+LEAST_LEFT = 3.0
+LEAST_SHARE = 0.4
+# Where so many marks are wild and nobody was found, somebody is wrong all the same.
+MANY_WILD = 0.5
 TOO_FEW = "too few to tell"
 NO_REDUNDANCY = "its marks have no redundancy"
+DISAGREE = "the marks disagree, and no fault of one receiver explains it"
 
 
 @dataclass(frozen=True)
@@ -113,7 +121,9 @@ def judge_receivers(recording: ToaMarks, parameters: AltitudeParameters) -> Judg
         faults = faults_of(left, conditions, open_cases)
         if not faults:
             break
-        worst, others = _most_convincing(faults, recording, conditions, toa, altitude)
+        worst, others, left_ratio = _most_convincing(faults, recording, conditions, toa, altitude)
+        if left_ratio > max(LEAST_LEFT, LEAST_SHARE * _mean_ratio(left, conditions)):
+            break
         words = worst.words
         if others:
             names = ", ".join(recording.stations[j] for j in others)
@@ -127,6 +137,9 @@ def judge_receivers(recording: ToaMarks, parameters: AltitudeParameters) -> Judg
     for j in open_cases:
         if redundant[j] < FEWEST_RECEPTIONS:
             verdicts[j] = Assessment(None, NO_REDUNDANCY)
+    if _disagrees(left, conditions, toa, altitude):
+        for j in open_cases:
+            verdicts[j] = Assessment(None, DISAGREE)
     return Judged(
         verdicts, [heard_in.get(j, left) for j in range(len(verdicts))], without, conditions, recording.truth_m
     )
@@ -134,13 +147,11 @@ def judge_receivers(recording: ToaMarks, parameters: AltitudeParameters) -> Judg
 
 def _most_convincing(
     faults: list[Fault], recording: ToaMarks, conditions: Conditions, toa_s: Floats, altitude_m: Floats
-) -> tuple[Fault, tuple[int, ...]]:
-    """Correct each fault that comes near the largest, solve again, and return the one that then leaves least, and the
-    other receivers whose correction leaves hardly more.
+) -> tuple[Fault, tuple[int, ...], float]:
+    """Correct each fault that comes near the largest, solve again, and return the one that then leaves least, the other
+    receivers whose correction leaves hardly more, and how much it leaves, in standard deviations.
     """
     near = [f for f in faults if f.chi2 > NEAR_SHARE * faults[0].chi2][:MOST_TRIED]
-    if len({f.station for f in near}) == 1 and len(near) == 1:
-        return near[0], ()
     if len(recording) > MARKS_TRIED:
         some = np.linspace(0, len(recording) - 1, MARKS_TRIED).astype(np.int64)
         recording, toa_s, altitude_m = recording.take(some), toa_s[some], altitude_m[some]
@@ -149,7 +160,9 @@ def _most_convincing(
         fault = first
         for _ in range(CORRECTIONS):
             left = _corrected(fault, recording, conditions, toa_s, altitude_m)
-            cost = float(np.mean(np.minimum(np.abs(left.ratio(conditions)), RATIO_CAP)))
+            cost = _mean_ratio(left, conditions)
+            if left_over and left_over[-1][1] == order and abs(left_over[-1][0] - cost) < SETTLED * cost:
+                break
             left_over.append((cost, order, fault))
             more = [f for f in explanations(left, conditions, fault.station, 1.0) if f.kind == fault.kind]
             if not more:
@@ -157,7 +170,23 @@ def _most_convincing(
             fault = fault.with_more(more[0])
     best = min(left_over, key=lambda item: item[:2])
     others = {f.station for cost, _, f in left_over if cost <= AS_GOOD * best[0]} - {best[2].station}
-    return best[2], tuple(sorted(others))
+    return best[2], tuple(sorted(others)), best[0]
+
+
+def _disagrees(left: Left, conditions: Conditions, toa_s: Floats, altitude_m: Floats) -> bool:
+    """Whether most marks that could contradict themselves do, or have no solution at all."""
+    data = np.isfinite(toa_s[:, :, 0]).sum(axis=1) + np.isfinite(altitude_m[:, 0])
+    redundant = np.flatnonzero(data > 4)
+    if redundant.size < FEWEST_RECEPTIONS:
+        return False
+    wild = left.wild(conditions, 1.0).sum() + np.setdiff1d(redundant, left.row).size
+    return bool(wild > MANY_WILD * redundant.size)
+
+
+def _mean_ratio(left: Left, conditions: Conditions) -> float:
+    """Mean residual in standard deviations, wild ones counted as ten; infinite where no mark can be solved."""
+    ratio = left.ratio(conditions)
+    return float(np.mean(np.minimum(np.abs(ratio), RATIO_CAP))) if ratio.size else np.inf
 
 
 def _corrected(fault: Fault, recording: ToaMarks, conditions: Conditions, toa_s: Floats, altitude_m: Floats) -> Left:

@@ -57,6 +57,9 @@ export const words = {
   "linearised again at its own solution (iterated)": "повторная линеаризация в своём решении (итерационное)",
   "over 19 points (unscented)": "по 19 точкам (сигма-точечное)",
   "one reception was left out: those of its station were impossible a moment ago": "один приём отброшен: приёмы его пункта только что были невозможны",
+  "too few to tell": "слишком мало, чтобы судить",
+  "its marks have no redundancy": "его отметки не имеют избыточности",
+  "the marks disagree, and no fault of one receiver explains it": "отметки противоречивы, и неисправность одного пункта этого не объясняет",
   "the position lies below the ground or above 40 km": "положение ниже поверхности земли или выше 40 км",
   "one reception was left out: it cannot have come from where the others did": "один приём отброшен: он не мог прийти оттуда же, откуда остальные",
   "{1} altitudes are the last decoded ones, held with growing noise.": "Удержаны последние принятые высоты с растущей погрешностью: {1}.",
@@ -109,4 +112,6 @@ export const words = {
 /** @type {[RegExp, string][]} */
 export const patterns = [
   [/^one reception was left out: the others agree without it; station (.+)$/, "один приём отброшен: остальные без него согласуются; пункт $1"],
+  [/^one reception was left out: it cannot have come from where the others did; station (.+)$/, "один приём отброшен: он не мог прийти оттуда же, откуда остальные; пункт $1"],
+  [/^one reception was left out: those of its station were impossible a moment ago; station (.+)$/, "один приём отброшен: приёмы его пункта только что были невозможны; пункт $1"],
 ];

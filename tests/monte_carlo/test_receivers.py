@@ -79,6 +79,23 @@ def test_a_drifting_clock_is_named_as_such(make) -> None:
         assert "drifts by +" in str(judged.verdicts[j].reason)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("make", [four, five])
+@pytest.mark.parametrize("rate", [100.0, 300.0, -300.0, 1000.0])
+def test_a_fast_drift_is_named_or_said_not_to_be_told(make, rate: float) -> None:
+    """Up to 30 us in the end, 10 km: a wrong receiver is never named, and no receiver is said to agree with such."""
+    named = 0
+    for j in range(len(make().stations)):
+        verdicts = assess_receivers(drifting(make(), j, rate), AltitudeParameters())
+        suspects = [(k, v.kind) for k, v in enumerate(verdicts) if v.suspect]
+        if suspects:
+            assert suspects == [(j, "clock_drift")]
+            named += 1
+        else:
+            assert {v.reason for v in verdicts} == {"the marks disagree, and no fault of one receiver explains it"}
+    assert named >= len(make().stations) - 2
+
+
 def test_the_delay_over_time_is_the_clock_s_and_leaving_it_out_helps() -> None:
     recording = drifting(replace(five(), altitude_m=four().altitude_m), 4, 20.0)
     result = rdf.run(recording, rdf.RdfParameters(), LocalContext())
