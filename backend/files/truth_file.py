@@ -6,7 +6,7 @@ another time it gets the path between the neighbouring positions (`truth_tracks`
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from algorithms.site import Origin
 from backend.files.columns import Mask, read_timed_columns
 from backend.files.containers import open_rows
 from backend.files.content import NamedFile, inspect
-from backend.files.options import ReadLimits, ReadOptions, columns_of
+from backend.files.options import ColumnSource, ReadLimits, ReadOptions, columns_of
 from backend.files.packing import with_members
 from backend.files.report import Findings, some
 from backend.files.selection import NameColumn, Selection
@@ -72,6 +72,15 @@ def in_local_frame(local: Floats, geodetic: Floats | None, origin: Origin | None
     return out
 
 
+def _plain(names: Sequence[str], mapping: Mapping[str, ColumnSource]) -> dict[str, ColumnSource]:
+    """In a file of truth alone `east_m` is `true_east_m`: names without `true_`, where none has it or is mapped."""
+    known = [q.name for q in TRUTH_QUANTITIES]
+    if any(name in names or name in mapping for name in known):
+        return {}
+    plain = {name: name.removeprefix("true_") for name in known}
+    return {name: ColumnSource(column=column) for name, column in plain.items() if column in names}
+
+
 def read_truth_file(
     file: NamedFile, options: ReadOptions, limits: ReadLimits, kind: Kind, findings: Findings
 ) -> TruthPoints:
@@ -91,7 +100,8 @@ def read_truth_file(
     content = inspect(members[0], limits, own, pointer="/truth")
     rows = open_rows(content, limits, pointer="/truth", wanted=columns_of(options.truth_mapping, options.where))
     where = {n: v for n, v in options.where.items() if n in rows.names}
-    selection = Selection(rows, options.truth_mapping, where, "/options/truth_mapping")
+    mapping = _plain(rows.names, options.truth_mapping) | options.truth_mapping
+    selection = Selection(rows, mapping, where, "/options/truth_mapping")
     known = ("time_s", "target", *(q.name for q in TRUTH_QUANTITIES))
     selection.check_mapping(known, "truth")
     names = selection.names

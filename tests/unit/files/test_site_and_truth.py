@@ -204,6 +204,18 @@ def test_truth_file_by_exact_time(read, warning):
     assert report.warnings == ()
 
 
+def test_names_without_true_in_a_file_of_truth(read):
+    """`east_m` there is `true_east_m`, unless another column is said to be that."""
+    plots = "time_s,east_m,north_m\n1,10,20\n2,30,40\n"
+    truth = "time_s,east_m,north_m,velocity_east_mps\n1,11,21,7\n2,31,41,8\n"
+    recording, _ = read(plots, truth=truth)
+    np.testing.assert_allclose(recording.truth_m[:, :2], [[11, 21], [31, 41]])
+    np.testing.assert_allclose(recording.truth_velocity_mps[:, 0], [7, 8])
+    swapped = {"true_east_m": "north_m", "true_north_m": "east_m"}
+    recording, _ = read(plots, truth=truth, truth_mapping=swapped)
+    np.testing.assert_allclose(recording.truth_m[:, :2], [[21, 11], [41, 31]])
+
+
 def test_truth_between_the_rows_of_its_file(read, warning):
     recording, report = read(MARKS, truth=TRUTH)
     np.testing.assert_allclose(recording.truth_m, [[10, 20, 30], [10.5, 20.5, 30.5]])
