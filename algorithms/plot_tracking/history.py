@@ -54,6 +54,7 @@ class History:
     _pairs: list[tuple[Ints, Ints, Ints, int, Floats]] = field(default_factory=list)
     _areas: list[tuple[Ints, Ints, Ints, Floats, Floats, Floats]] = field(default_factory=list)
     _scans: list[tuple[float, int]] = field(default_factory=list)
+    _accuracies: list[tuple[float, float, float, float]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         shape = (self.marks, self.lanes)
@@ -71,6 +72,7 @@ class History:
     def begin_scan(self, feed: Feed, time_s: float) -> None:
         """Start a scan; what follows belongs to it."""
         self._scans.append((time_s, feed.index))
+        self._accuracies.append((feed.sigma_r, feed.sigma_th, float(feed.origin[0]), float(feed.origin[1])))
 
     def take(
         self, scan: Scan, *, decision: Ints, gate: Ints, number: Ints, distance: Floats, threshold: Floats,
@@ -138,6 +140,7 @@ class History:
             "estimate_scan": np.repeat(np.array([s for s, _, _ in self._estimates], np.int64), sizes),
             "scan_time_s": np.array([t for t, _ in self._scans], float),
             "scan_radar": np.array([r for _, r in self._scans], np.int64),
+            "scan_accuracy": np.array(self._accuracies, float).reshape(-1, 4),
         }
         for n in ("time_s", "mark", "outside", "status", "misses", "state", "motion", "nis"):
             out[f"estimate_{n}"] = whole[n]

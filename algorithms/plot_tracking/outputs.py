@@ -85,4 +85,5 @@ TRACK_OUTPUTS = (
     Output("compared_same", ("compared",), "", "whether the tracks were joined", ("apart", "joined")),
     Output("scan_time_s", ("scan",), "s", "instants of the scans"),
     Output("scan_radar", ("scan",), "", "number of the radar"),
+    Output("scan_accuracy", ("scan", "element"), "m, rad", "errors of range and azimuth; the radar's east and north"),
 )

@@ -3,6 +3,7 @@
 
 /** @type {Record<string, string>} */
 export const words = {
+  "errors of range and azimuth; the radar's east and north": "ошибки дальности и азимута; восток и север РЛС",
   "Range and azimuth": "Дальность и азимут",
   "Range, km": "Дальность, км",
   "Gates as ellipses of range and azimuth; a vector says where a track is in 30 s.": "Стробы – эллипсы по дальности и азимуту; вектор показывает, где трасса будет через 30 с.",

@@ -492,7 +492,7 @@ export const patterns = [
   [/^The first (.+?) of (.+?) rows? are drawn\.$/, "Показаны первые строки: $1 из $2."],
   [/^Of (.+?) plots? in tracking gates\.$/, "Отметок в стробах сопровождения: $1."],
   [/^track (\S+)$/, "трасса $1"],
-  [/^Mean over (.+?) trials?, cut at 2 km; dotted is OSPA\.$/, "Среднее по реализациям, их $1, ограничено 2 км; пунктир – OSPA."],
+  [/^Mean over (.+?) trials?, cut at ten errors of a plot, 2 km at most; dotted is OSPA\.$/, "Среднее по реализациям, их $1, ограничено десятью ошибками отметки, не более 2 км; пунктир – OSPA."],
   ...trials.patterns,
   ...marks.patterns,
   ...report.patterns,

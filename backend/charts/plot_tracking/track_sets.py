@@ -44,7 +44,11 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         "yaxis": axis("Distance, m", domain=[0.45, 1.0], rangemode="tozero"),
         "yaxis2": axis("Number of errors", domain=[0.0, 0.35], rangemode="tozero"),
     }
-    note = ChartNote("cut_at", "Distances are cut at 2 km. Dotted above: OSPA; dotted below: tracks without a target.")
+    note = ChartNote(
+        "cut_at",
+        "Distances are cut at ten errors of a plot, 2 km at most. Dotted above: OSPA; dotted below: tracks without a "
+        "target.",
+    )
     return figure(
         TITLE,
         traces,

@@ -19,7 +19,7 @@ from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView, swe
 
 TITLE = "Trackers over two swept values"
 METRICS = {
-    "ospa_m": "Mean OSPA in metres, cut at 2 km; the strongest colour is the worst.",
+    "ospa_m": "Mean OSPA in metres, cut at ten errors of a plot, 2 km at most; the strongest colour is the worst.",
     "false_tracks_per_scan": "Confirmed tracks of nothing in a scan; the strongest colour is the worst.",
 }
 # More numbers than these in a map would lie over each other.

@@ -31,7 +31,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces,
         recording=view.recording,
         picked=picked,
-        notes=[ChartNote("trials", f"Mean over {trials}, cut at 2 km; dotted is OSPA.")],
+        notes=[ChartNote("trials", f"Mean over {trials}, cut at ten errors of a plot, 2 km at most; dotted is OSPA.")],
         xaxis=time_axis(view.recording),
         yaxis=axis("Distance, m", rangemode="tozero"),
         **leg_shapes(view.legs),

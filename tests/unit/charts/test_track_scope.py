@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from algorithms.plot_tracking import curvature_tracker, imm_tracker
 from algorithms.plot_tracking.parameters import CurvatureParameters, ImmParameters
@@ -29,20 +30,29 @@ def outlines(figure: dict[str, Any]) -> list[np.ndarray]:
     return list(both.reshape(2, -1, 34)[:, :, :-1].swapaxes(0, 1))
 
 
-def test_a_passage_across_north_is_cut_there_and_of_one_track_every_gate_is_drawn() -> None:
+def test_a_passage_across_north_is_one_line_and_of_one_track_every_gate_is_drawn() -> None:
     figure = drawn("straight_aircraft", curvature_tracker, CurvatureParameters(), sigma_azimuth_deg=0.5)
     (line,) = (t for t in figure["data"] if t["meta"]["role"] == "series")
     x = np.asarray(line["x"], float)
-    # From 323 to 37 degrees: the line begins anew at north.
-    assert np.isnan(x).any()
-    assert np.nanmax(np.abs(np.diff(x))) < 180
+    # From 323 to 37 degrees, all else is empty: north is in the middle, and nothing is cut.
+    assert not np.isnan(x).any()
+    assert (x[0], x[-1]) == (pytest.approx(-37, abs=3), pytest.approx(37, abs=3))
+    assert -50 < figure["layout"]["xaxis"]["range"][0] < -37
     gates = outlines(figure)
     assert len(gates) > 50
-    assert any(np.isnan(gate[0]).any() for gate in gates), "one lies across north"
     for gate in gates:
         assert np.nanmax(np.abs(np.diff(gate[0]))) < 180
         # Half a degree of error, 3.5 of them, times K_Q of at least 1.38.
         assert np.ptp(gate[1]) > 0.2 * 3.5 * 1.3
+
+
+def test_where_plots_lie_all_around_a_line_across_north_is_cut() -> None:
+    figure = drawn("straight_aircraft", curvature_tracker, CurvatureParameters(), false_plots=20.0)
+    assert figure["layout"]["xaxis"]["range"] == [0, 360]
+    (line,) = (t for t in figure["data"] if t["meta"]["role"] == "series")
+    x = np.asarray(line["x"], float)
+    assert np.isnan(x).any()
+    assert np.nanmax(np.abs(np.diff(x))) < 180
 
 
 def test_of_many_tracks_the_last_gates_and_vectors_are_drawn() -> None:
