@@ -115,6 +115,8 @@ def finite(value: Any) -> Any:
     # Most are these, and a long recording has ten thousands of metrics: a look at the type is the quickest.
     if value is None or type(value) in (str, int, bool):
         return value
+    if type(value) is float:
+        return value if math.isfinite(value) else None
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, float):

@@ -28,7 +28,7 @@ from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.spec import Algorithm, Parameters, trial_stream
 from algorithms.toolbox.monte_carlo.batches import BATCH, batches
 from algorithms.toolbox.monte_carlo.sums import Sums, joined, sums_of
-from backend.files.array_file import read_arrays
+from backend.files.array_file import MappedArrays, read_arrays
 from backend.files.joining import join_recordings
 from backend.jobs.outcome import Outcome, WrittenResult, block_arrays
 from backend.jobs.result_file import ResultWriter, writing
@@ -221,10 +221,7 @@ def _compute(block: Block, context: BlockContext) -> Outcome:
 
 
 def _arrays_at(place: NDArray[np.uint8] | Path) -> Mapping[str, NDArray[Any]]:
-    if not isinstance(place, Path):
-        return read_arrays(place)
-    with np.load(place, allow_pickle=False) as archive:
-        return dict(archive)
+    return MappedArrays(place) if isinstance(place, Path) else read_arrays(place)
 
 
 def _outcome(
