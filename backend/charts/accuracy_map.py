@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from backend.charts import theme
+from backend.charts.contours import contour_lines, contour_traces, levels_between
 from backend.charts.figure import ChartNote, Trace, axis, figure, meta, not_applicable, trace
 from backend.charts.view import Figure
 
@@ -18,6 +19,7 @@ Floats = NDArray[np.float64]
 QUANTILES = (0.02, 0.98)
 LEAST_SPAN = 1.5
 KM = 1e-3
+FINE = 120
 
 
 def draw(
@@ -66,6 +68,7 @@ def draw(
             "meta": meta("bound"),
             "hovertemplate": f"%{{x:.2f}} km east, %{{y:.2f}} km north: %{{customdata:.4~g}} {unit}<extra></extra>",
         },
+        *_lines(east_m, north_m, values, float(low), float(high), quantity, unit),
         _stations(stations_m, names, used),
     ]
     said = list(notes)
@@ -84,6 +87,16 @@ def draw(
         yaxis=axis("North, km", range=_range(north_m), scaleanchor="x", scaleratio=1, constrain="domain"),
         dragmode="pan",
     )
+
+
+def _lines(
+    east_m: Floats, north_m: Floats, values: Floats, low: float, high: float, quantity: str, unit: str
+) -> list[Trace]:
+    """Lines of equal value at round numbers, from every second place of a fine map."""
+    step = 2 if max(values.shape) > FINE else 1
+    drawn = values[::step, ::step]
+    lines = contour_lines(east_m[::step] * KM, north_m[::step] * KM, drawn, levels_between(low, high))
+    return contour_traces(lines, quantity, unit, theme.TEXT)
 
 
 def _stations(stations_m: Floats, names: Sequence[str], used: Sequence[bool]) -> Trace:

@@ -35,7 +35,10 @@ NAMED_STATIONS = 40
 KILOMETRES_FROM_M = 3000.0
 # The first view holds what lies within half a span of the middle 90 % of the points; the rest is counted.
 VIEW_SPANS = 0.5
+# Where the stations stand and the targets really were is always in view.
 FIXED = ("station", "truth")
+# Outlines of errors and lines of a map do not decide what is shown: a claim of 500 km would hide the tracks.
+OUTLINES = ("interval", "bound")
 # In a hover: where the point is, in the unit that `Plane.draw` settles on, and which mark it stands for.
 PLACE = "PLACE"
 MARK = "%{text:.3f} s, row %{customdata}"
@@ -151,17 +154,26 @@ class Plane:
             )
         )
 
-    def draw(self, title: str) -> Figure:
-        """Scale every trace to one unit and put the figure together."""
-        # Outlines of errors do not decide what is shown: a claim of 500 km would hide the tracks.
-        shown = [t for t in self.traces if t["meta"]["role"] != "interval"]
-        if not any(np.isfinite(t["x"]).any() for t in shown):
-            return not_applicable(title, "no_position")
+    def first_view(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """Ends of the first view, east and north, m; None where nothing has a place."""
+        east, north, fixed = self._shown()
+        return (_view(east, fixed), _view(north, fixed)) if east.size else None
+
+    def _shown(self) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Points that decide what is in view, and which of them must be in it."""
+        shown = [t for t in self.traces if t["meta"]["role"] not in OUTLINES]
+        if not shown:
+            return np.empty(0), np.empty(0), np.empty(0, bool)
         east, north = (np.concatenate([np.asarray(t[key], np.float64) for t in shown]) for key in "xy")
         finite = np.isfinite(east) & np.isfinite(north)
-        east, north = east[finite], north[finite]
-        # Where the stations stand and the targets really were is always in view.
-        fixed = np.concatenate([np.full(len(t["x"]), t["meta"]["role"] in FIXED) for t in shown])[finite]
+        fixed = np.concatenate([np.full(len(t["x"]), t["meta"]["role"] in FIXED) for t in shown])
+        return east[finite], north[finite], fixed[finite]
+
+    def draw(self, title: str) -> Figure:
+        """Scale every trace to one unit and put the figure together."""
+        east, north, fixed = self._shown()
+        if not east.size:
+            return not_applicable(title, "no_position")
         view = _view(east, fixed), _view(north, fixed)
         inside = np.ones(east.size, bool)
         for values, (low, high) in zip((east, north), view, strict=True):

@@ -1,4 +1,6 @@
-"""Plan of a run: stations, true paths, each algorithm's tracks, 95 % error ellipses, marks that were not used."""
+"""Plan of a run: stations, true paths, each algorithm's tracks, 95 % error ellipses, marks that were not used; for
+marks the lines of equal GDOP below.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +22,7 @@ from backend.charts.figure import (
     not_applicable,
     trace,
 )
+from backend.charts.gdop_lines import add_gdop_lines
 from backend.charts.plane import MARK, PLACE, Plane
 from backend.charts.replay import replay_of
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
@@ -46,6 +49,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     for entry, states in found:
         _add_unused(plane, entry, states, options)
     plane.add_stations()
+    add_gdop_lines(plane, view.recording)
     if not any(len(states.table) for _, states in found):
         return not_applicable(TITLE, "no_states")
     drawn = plane.draw(TITLE)

@@ -512,6 +512,8 @@ export const patterns = [
   [/^rate (\d+)$/, "скорость $1"],
   [/^(2\.5|97\.5) %, (.+) to (.+) dof$/, "$1 %, ст. св.: от $2 до $3"],
   [/^(2\.5|97\.5) %, (.+) dof$/, "$1 %, ст. св.: $2"],
+  [/^Thin lines: GDOP of a mark that all stations receive, at (.+?) m, in space\.$/, "Тонкие линии: GDOP отметки, принятой всеми пунктами, на высоте $1 м, в пространстве."],
+  [/^Thin lines: GDOP of a mark that all stations receive, at (.+?) m, its altitude known\.$/, "Тонкие линии: GDOP отметки, принятой всеми пунктами, на высоте $1 м, при известной высоте."],
   [/^95 % error ellipses at (.+?) of (.+?) estimates?\.$/, "95 % эллипсы ошибок показаны у $1 оценок из $2."],
   [/^No estimate, so no place in the plan: (.+?) marks?; the decisions list them\.$/, "Отметок без оценки, а значит и без места на плане: $1; они перечислены в решениях."],
   [/^The actual error is below the claimed one at (.+?) % of (.+?) marks? \(63 to 68 % when the claim is right\)\.$/, "Фактическая ошибка меньше заявленной у $1 % отметок из $2 (от 63 до 68 %, когда заявленная верна)."],

@@ -137,7 +137,8 @@ function dressTrace(trace, { colours, dark, hidden, named }) {
       copy.marker = { ...copy.marker, color: role === "measurement" ? withAlpha(colour, 0.5) : colour };
       if (copy.marker.line) copy.marker.line = { ...copy.marker.line, color: colour };
     }
-    if (copy.textfont) copy.textfont = { ...copy.textfont, color: colour };
+    // Numbers on lines of equal value lie on a coloured map and are read; the lines themselves may be faint.
+    if (copy.textfont) copy.textfont = { ...copy.textfont, color: role === "bound" ? colours.text : colour };
     if (copy.fillcolor && role === "bound") copy.fillcolor = withAlpha(colour, 0.12);
   }
   // Rows of names begin with the entry's label, which stays; what follows may be words of the server.

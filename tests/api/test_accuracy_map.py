@@ -43,7 +43,10 @@ def test_the_map_is_table_8_5(api: httpx2.Client, variant: str, printed: float) 
 
 def test_the_chart_holds_the_map_and_the_stations(api: httpx2.Client) -> None:
     answer = ask(api, stations=["1", "3", "4"], variant="altitude_known").json()
-    heat, stations = answer["chart"]["data"]
+    heat, lines, words, stations = answer["chart"]["data"]
+    assert lines["meta"]["role"] == words["meta"]["role"] == "bound"
+    assert len(words["text"]) >= 3
+    assert all(word.endswith(" m") for word in words["text"])
     assert heat["type"] == "heatmap"
     assert heat["z"]["shape"] == "101, 101"
     assert stations["text"] == ["1", "2", "3", "4"]

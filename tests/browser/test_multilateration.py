@@ -31,6 +31,9 @@ def test_what_stands_in_the_bias_and_the_receivers_are_drawn(
     visited = visit()
     page = visited.open(f"#/runs/{run}")
     expect(page.locator(".run-head .state")).to_have_text(re.compile("succeeded"), timeout=180_000)
+    plan = drawn(page, "Plan")
+    lines, words = plan.traces(role="bound")
+    assert (lines["name"], words["name"]) == ("GDOP", "GDOP")
     altitude = drawn(page, "Altitude")
     assert "mlat_imm, altitude held" in {t["name"] for t in altitude.traces(role="measurement")}
     bias = drawn(page, "Altimeter bias")
