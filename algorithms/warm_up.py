@@ -21,6 +21,7 @@ import numpy as np
 from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.spec import LocalContext
 from algorithms.toolbox.kernels.cache import base_folder, key_of_all
+from algorithms.unused_kernels import is_fresh, keep_used
 
 # So many rows of a recording reach every kernel.
 ROWS = 4
@@ -69,10 +70,13 @@ def have_compiled() -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
         return
-    if done.exists() or not os.access(folder, os.W_OK):
+    if is_fresh(done) or not os.access(folder, os.W_OK):
         return
     with (folder / f"{key_of_all()}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
+        if is_fresh(done):
+            return
+        keep_used(folder, done)
         if done.exists():
             return
         families = sorted({algorithm.family for algorithm in algorithms_by_name().values()})

@@ -20,7 +20,9 @@ OVER_M = 5_000.0
 
 def error_metrics(errors_m: Floats, target: str = "") -> list[Metric]:
     """Metrics of errors (n, 3) east, north, up in metres; rows with NaN are left out."""
-    e = errors_m[np.isfinite(errors_m).all(axis=1)]
+    known = np.isfinite(errors_m).all(axis=1)
+    # Of a long recording the copy is a part of the memory that a worker has.
+    e = errors_m if known.all() else errors_m[known]
     n = len(e)
     horizontal = np.hypot(e[:, 0], e[:, 1])
 
