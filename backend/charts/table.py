@@ -74,7 +74,7 @@ def _spread(trace: Trace) -> tuple[Any, Any, Floats]:
     """x, y and z of each point; the cells of a map become points at their middle."""
     if trace["type"] != "heatmap":
         x = np.asarray(trace["x"], float) if isinstance(trace["x"], np.ndarray) else list(trace["x"])
-        return x, trace["y"], np.full(len(x), np.nan)
+        return x, trace["y"], np.asarray(trace["z"], float) if "z" in trace else np.full(len(x), np.nan)
     # Where colours are logarithms the values stand beside them.
     z = np.asarray(trace.get("customdata", trace["z"]), np.float64)
     edges = np.asarray(trace["x"], np.float64)

@@ -208,7 +208,8 @@ export class ChartCursor {
     const layout = this.plot._fullLayout;
     put(this.overlay);
     const time = this.bus?.now.time ?? null;
-    if (!layout || !this.figure) return;
+    // In space nothing lies over the drawing; the values stand below.
+    if (!layout || !this.figure || this.figure.layout.scene) return;
     if (isOverTime(this.figure)) this.placeLine(layout, time);
     else this.placeRings(layout, time);
   }

@@ -8,7 +8,7 @@ import { apiUrl, get } from "../js/api.js";
 import { language, t, told } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
 import { DotsCanvas } from "../js/dots.js";
-import { dressFigure, isOverTime } from "../js/figure.js";
+import { dressFigure, drawsInSpace, isOverTime } from "../js/figure.js";
 import { inTurn } from "../js/turns.js";
 import { loadPlotly } from "../js/plotly.js";
 import { chartColours, isDark, themes } from "../js/theme.js";
@@ -155,6 +155,11 @@ export class ChartPanel extends HTMLElement {
       put(body, notApplicable(told(`chart.reason.${reason}`, figure.layout.meta.detail ?? reason)));
       return;
     }
+    if (figure.layout.scene && !drawsInSpace()) {
+      cursor.forget();
+      put(body, notApplicable(t("chart.no_space")));
+      return;
+    }
     if (plot.parentElement !== body) put(body, dots.canvas, plot, cursor.overlay);
     const narrow = body.clientWidth < NARROW_PX;
     const dressed = this.dress(figure, narrow);
@@ -274,6 +279,7 @@ export class ChartPanel extends HTMLElement {
       if (layout[name].range) update[`${name}.range`] = [...layout[name].range];
       else update[`${name}.autorange`] = true;
     }
+    if (layout.scene) update["scene.camera"] = layout.scene.camera;
     this.plotly.relayout(this.plot, update).then(() => { this.zoom = {}; this.span = null; });
   }
 

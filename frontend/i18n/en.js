@@ -408,6 +408,8 @@ export default {
   "chart.reset_view": "Reset view",
   "chart.pan": "Drag: zoom / pan",
   "chart.copy_address": "Copy address",
+  "chart.no_space": "This browser cannot draw in space (it has no WebGL). The table has all points.",
+  "chart.place_in_space": "E {east}, N {north}, U {up} {unit}",
   "chart.decimated": "{shown} of {of} points",
   "chart.all_points": "all",
   "chart.all_in_csv": "all in CSV",

@@ -409,6 +409,8 @@ export default {
   "chart.reset_view": "Сбросить вид",
   "chart.pan": "Мышь: увеличение / сдвиг",
   "chart.copy_address": "Копировать адрес",
+  "chart.no_space": "Этот браузер не рисует в пространстве (нет WebGL). Все точки есть в таблице.",
+  "chart.place_in_space": "В {east}, С {north}, вверх {up} {unit}",
   "chart.decimated": "{shown} из {of} точек",
   "chart.all_points": "все",
   "chart.all_in_csv": "все в CSV",

@@ -60,6 +60,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
       tickcolor: colours.line,
     };
   }
+  if (layout.scene) layout.scene = dressScene(layout.scene, colours);
   if (layout.annotations) {
     layout.annotations = layout.annotations.map((/** @type {any} */ note) => ({
       ...note,
@@ -77,6 +78,23 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
     }));
   }
   return { data, layout };
+}
+
+/** Axes in space. @param {any} scene @param {Colours} colours */
+function dressScene(scene, colours) {
+  const axis = (/** @type {any} */ one) => ({
+    ...one, title: { ...one.title, text: titleInWords(axisTitle(one)), font: { size: 11 } }, color: colours.text, gridcolor: colours.grid, zerolinecolor: colours.line, showbackground: false, showspikes: false,
+  });
+  return { ...scene, xaxis: axis(scene.xaxis), yaxis: axis(scene.yaxis), zaxis: axis(scene.zaxis) };
+}
+
+/** @type {boolean | null} */
+let inSpace = null;
+
+/** Whether this browser can draw in space. */
+export function drawsInSpace() {
+  inSpace ??= Boolean(document.createElement("canvas").getContext("webgl"));
+  return inSpace;
 }
 
 /**
@@ -265,10 +283,14 @@ function categoryOf(point, unit) {
 
 /**
  * The place of a point in a plan.
- * @param {{x: any, y: any, value?: any}} point
+ * @param {{x: any, y: any, value?: any, trace?: any, at?: number}} point
  * @param {Record<string, any>} layout
  */
 function placeOf(point, layout) {
+  if (layout.scene) {
+    const up = formatNumber(Number(point.trace?.z?.[point.at ?? -1] ?? NaN), 5);
+    return t("chart.place_in_space", { east: formatNumber(Number(point.x), 5), north: formatNumber(Number(point.y), 5), up, unit: said(splitTitle(axisTitle(layout.scene.xaxis)).unit) });
+  }
   const unit = splitTitle(axisTitle(layout.xaxis)).unit;
   const place = t("chart.place", { east: formatNumber(Number(point.x), 5), north: formatNumber(Number(point.y), 5), unit: said(unit) });
   // A map has a value at every place.

@@ -13,6 +13,8 @@ _READ = """(panel) => {
   // Between two figures the plot is taken away for a moment.
   if (!gd?._fullLayout) return null;
   const full = gd._fullLayout;
+  // In space the axes are those of the scene.
+  const [x, y] = full.scene ? [full.scene.xaxis, full.scene.yaxis] : [full.xaxis, full.yaxis];
   const length = (trace) => trace.x ? trace.x.length : 0;
   return {
     traces: gd._fullData.map((t) => ({
@@ -20,9 +22,9 @@ _READ = """(panel) => {
       role: t.meta?.role, label: t.meta?.label, rows: t.customdata ? Array.from(t.customdata, Number) : [],
       color: t.line?.color ?? t.marker?.color ?? t.meta?.dot?.colour,
     })),
-    x_title: full.xaxis.title.text, y_title: full.yaxis.title.text,
-    x_range: full.xaxis.range, y_range: full.yaxis.range, x_length: full.xaxis._length, y_length: full.yaxis._length,
-    x_scaleanchor: full.xaxis.scaleanchor, y_scaleanchor: full.yaxis.scaleanchor, y_type: full.yaxis.type,
+    x_title: x.title.text, y_title: y.title.text,
+    x_range: x.range, y_range: y.range, x_length: x._length, y_length: y._length,
+    x_scaleanchor: x.scaleanchor, y_scaleanchor: y.scaleanchor, y_type: y.type,
   };
 }"""
 

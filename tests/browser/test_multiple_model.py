@@ -31,6 +31,13 @@ def test_the_sample_shows_models_and_the_manoeuvre(visit: Callable[..., Visit], 
         chart = drawn(page, title)
         assert {t["label"] for t in chart.traces(role="series")} == set(LABELS)
         assert chart.traces(role="truth")
+    space = drawn(page, "Trajectory in space")
+    assert {t["label"] for t in space.traces(role="series")} == set(LABELS)
+    assert [t["type"] for t in space.traces(role="truth")] == ["scatter3d"]
+    # Where the cursor stands its values are told, with the height.
+    page.get_by_role("img", name=re.compile("Speed")).first.press("ArrowRight")
+    strip = page.locator("chart-panel", has=page.get_by_role("heading", name="Trajectory in space")).locator(".strip")
+    expect(strip).to_contain_text(re.compile(r"multiple_model E .+, N .+, U .+ km"))
     page.get_by_role("tab", name=re.compile("Decisions")).click()
     expect(page.get_by_role("tabpanel")).to_contain_text("unusual")
     visited.assert_clean()

@@ -15,6 +15,7 @@ from backend.charts import recording_plan
 from backend.charts.multiple_model import (
     conversion_bias,
     conversion_condition,
+    trajectory,
     transition_powers,
     trials_cost,
     trials_modes,
@@ -116,6 +117,27 @@ def test_plots_of_an_antenna_stand_in_the_plan(arc: AntennaPlots) -> None:
     assert off.max() < 4000
     nowhere = recording_plan.draw(RecordingView(replace(arc, site=None)), ChartOptions())
     assert not [t for t in nowhere["data"] if t["meta"]["role"] == "measurement" and np.isfinite(t["x"]).any()]
+
+
+def test_a_trajectory_in_space_follows_the_truth_and_says_what_lies_outside(arc: AntennaPlots) -> None:
+    n = len(arc)
+    up = np.where(np.arange(n) < 2, 9e5, arc.truth_m[:, 2])
+    states = Table(
+        {"time_s": arc.time_s, "row": arc.row, "track": np.ones(n), "trial": np.full(n, np.nan),
+         "east_m": arc.truth_m[:, 0], "north_m": arc.truth_m[:, 1], "up_m": up}
+    )  # fmt: skip
+    drawn = trajectory.draw(chart_views.run(arc, {"states": states}), ChartOptions(full=True))
+    assert [(t["meta"]["role"], t["type"]) for t in drawn["data"]] == [
+        ("series", "scatter3d"), ("truth", "scatter3d"), ("bound", "scatter3d")
+    ]  # fmt: skip
+    series, truth, shadow = drawn["data"]
+    np.testing.assert_allclose(np.stack([truth[k] for k in "xyz"], axis=1), arc.truth_m / 1000)
+    low, high = drawn["layout"]["scene"]["zaxis"]["range"]
+    assert low < truth["z"].min() < truth["z"].max() < high < 100
+    assert (shadow["z"] == low).all()
+    assert [note["code"] for note in drawn["layout"]["meta"]["notes"]] == ["own_scales", "outside_view"]
+    table = chart_table(drawn)
+    np.testing.assert_allclose(np.asarray(table.columns["z"])[:n], series["z"])
 
 
 def test_probabilities_over_trials_stack_to_one_and_the_bound_in_space_has_three_axes() -> None:
