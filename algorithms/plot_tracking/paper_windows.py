@@ -14,7 +14,7 @@ from algorithms.studies import Claim, StudyEntry, StudyRun, Verdict, Word
 
 SCENARIO = "steady_motions"
 ESTIMATOR = "window_estimator"
-WIDE, TIGHT, STRAIGHT, SLOW, CRAWLING = "wide turn", "tight turn", "straight 200", "straight 50", "straight 20"
+WIDE, TIGHT, STRAIGHT, SLOW, CRAWLING = "wide_turn", "tight_turn", "straight_200", "straight_50", "straight_20"
 
 # (entry, motion, plots): rms error of the place, and of the place 5 s ahead, m (specification 4.3).
 _ACCURACY = (

@@ -139,11 +139,11 @@ STEADY = preset(
     "SteadyScans",
     duration_s=STEADY_S + 5.0,
     targets=(
-        _steady("straight 200", 0.0, 200.0),
-        _steady("wide turn", 72.0, 200.0, WIDE_RATE_DEG_S),
-        _steady("tight turn", 144.0, 120.0, 3.0),
-        _steady("straight 50", 216.0, 50.0),
-        _steady("straight 20", 288.0, 20.0),
+        _steady("straight_200", 0.0, 200.0),
+        _steady("wide_turn", 72.0, 200.0, WIDE_RATE_DEG_S),
+        _steady("tight_turn", 144.0, 120.0, 3.0),
+        _steady("straight_50", 216.0, 50.0),
+        _steady("straight_20", 288.0, 20.0),
     ),
 )
 

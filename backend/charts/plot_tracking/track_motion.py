@@ -39,13 +39,14 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     if not traces:
         return not_applicable(TITLE, "no_states")
     layout: dict[str, Any] = {
-        "yaxis": axis("Speed, m/s", domain=[0.7, 1.0]),
+        "yaxis": axis("V, m/s", domain=[0.7, 1.0]),
         "yaxis2": axis("Course, deg", domain=[0.35, 0.65]),
-        "yaxis3": axis("To the right, m/s²", domain=[0.0, 0.3]),
+        "yaxis3": axis("a, m/s²", domain=[0.0, 0.3]),
     }
     note = ChartNote(
         "two_sigma",
-        "Bands: two standard deviations as the tracker states them. Below: acceleration across the path to the right.",
+        "Bands: two standard deviations as the tracker states them. From above: speed, course, acceleration across the "
+        "path to the right.",
     )
     return figure(
         TITLE,

@@ -42,9 +42,9 @@ def test_plots_without_errors_give_the_truth_and_the_error_of_the_series() -> No
     for target in scores.targets:
         assert of_target(scores, "rms_horizontal_m", target) < 0.01
         assert of_target(scores, "rms_ahead_m", target) < 0.02
-    assert of_target(scores, "rms_series_m", "wide turn") == pytest.approx(16, abs=0.5)
-    assert of_target(scores, "rms_series_m", "tight turn") == pytest.approx(113, abs=0.5)
-    assert of_target(scores, "rms_series_m", "straight 200") < 0.01
+    assert of_target(scores, "rms_series_m", "wide_turn") == pytest.approx(16, abs=0.5)
+    assert of_target(scores, "rms_series_m", "tight_turn") == pytest.approx(113, abs=0.5)
+    assert of_target(scores, "rms_series_m", "straight_200") < 0.01
 
 
 def test_estimates_begin_with_the_window_full_and_leave_false_plots_alone() -> None:
@@ -78,19 +78,19 @@ def test_without_names_everything_is_one_target_and_with_addresses_it_is_not() -
 def test_descents_that_fail_are_counted_and_give_no_estimate() -> None:
     recording = simulated(trials=8)
     damped, centre = (scored(recording, window_plots=13, descent=d, compare_minima=True) for d in ("damped", "centre"))
-    assert of_target(damped, "lowest_share", "tight turn") == 1
-    assert of_target(centre, "lowest_share", "tight turn") < 0.3
-    assert of_target(centre, "converged_share", "tight turn") < 0.3
+    assert of_target(damped, "lowest_share", "tight_turn") == 1
+    assert of_target(centre, "lowest_share", "tight_turn") < 0.3
+    assert of_target(centre, "converged_share", "tight_turn") < 0.3
 
 
 def test_errors_are_near_the_bound_and_a_line_is_better_only_on_a_line() -> None:
     recording = simulated(trials=40)
     free, line = (scored(recording, window_plots=8, trajectory=t) for t in ("ml6", "line"))
-    for target in ("straight 200", "wide turn", "tight turn"):
+    for target in ("straight_200", "wide_turn", "tight_turn"):
         ratio = of_target(free, "rms_horizontal_m", target) / of_target(free, "bound_horizontal_m", target)
         assert 0.85 < ratio < 1.15
-    assert of_target(line, "rms_ahead_m", "straight 200") < 0.7 * of_target(free, "rms_ahead_m", "straight 200")
-    assert of_target(line, "rms_ahead_m", "tight turn") > 2 * of_target(free, "rms_ahead_m", "tight turn")
+    assert of_target(line, "rms_ahead_m", "straight_200") < 0.7 * of_target(free, "rms_ahead_m", "straight_200")
+    assert of_target(line, "rms_ahead_m", "tight_turn") > 2 * of_target(free, "rms_ahead_m", "tight_turn")
 
 
 @pytest.mark.parametrize(("trajectory", "plots"), [("ml6", 3), ("cubic", 3), ("quadratic", 2)])
