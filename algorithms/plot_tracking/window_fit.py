@@ -19,7 +19,7 @@ DEGREES = {"quadratic": 2, "cubic": 3}
 # Two costs are of one minimum where they differ by less, in parts and at all.
 SAME_COST = 1e-4
 # A fit beyond these is none: no recording has such numbers.
-FARTHEST_M, FASTEST_MPS = 1e7, 1e5
+FARTHEST_M, FASTEST_MPS, STRONGEST_MPS2 = 1e7, 1e4, 1e4
 
 
 class Found(NamedTuple):
@@ -55,7 +55,8 @@ def found_of(window: Window, p: WindowParameters, period_s: float) -> Found:
         np.isfinite(fit.p).all(axis=0)
         & (np.hypot(fit.p[0], fit.p[1]) < FARTHEST_M)
         & (np.abs(fit.p[3]) < FASTEST_MPS)
-        & (np.abs(fit.p[4]) < FASTEST_MPS)
+        & (np.abs(fit.p[4]) < STRONGEST_MPS2)
+        & (np.abs(fit.p[5]) * fit.p[3] ** 2 < STRONGEST_MPS2)
         & np.isfinite(fit.information).all(axis=(0, 1))
     )
     q = np.where(sound, q, 1.0)

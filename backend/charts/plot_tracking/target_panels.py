@@ -32,7 +32,9 @@ def targets_of(view: RunView, metric: str) -> list[str]:
             found += [t or "" for t in texts(names, "target")]
     different = list(dict.fromkeys(found))
     named = [t for t in different if t] or different
-    largest = sorted(named, key=lambda t: -_spread(view, metric, t))[:MOST_PANELS]
+    spread = {t: _spread(view, metric, t) for t in named}
+    named = [t for t in named if spread[t] > LEAST] or named
+    largest = sorted(named, key=lambda t: -spread[t])[:MOST_PANELS]
     return [t for t in named if t in largest]
 
 
