@@ -36,7 +36,16 @@ def raster(recording: ToaMarks, bins: TimeBins, options: ChartOptions) -> Trace:
         "zmin": 0,
         "zmax": 100,
         "colorscale": [[i / steps, color] for i, color in enumerate(theme.SEQUENCE)],
-        "colorbar": {"title": {"text": "%"}, "len": 0.5, "y": 1, "yanchor": "top", "thickness": 10},
+        # As long in a low panel as in a high one, where a share of it would leave no room for its numbers.
+        "colorbar": {
+            "title": {"text": "%"},
+            "lenmode": "pixels",
+            "len": 90,
+            "y": 1,
+            "yanchor": "top",
+            "thickness": 10,
+            "tickvals": [0, 50, 100],
+        },
         "name": "receptions by station",
         "meta": meta("measurement"),
         "hovertemplate": "station %{y}<br>%{z:.0f} % of the marks<br>%{x:.5~g} s<extra></extra>",

@@ -4,7 +4,7 @@
 
 import { define, h, put } from "../js/dom.js";
 import { icon } from "../js/icons.js";
-import { said, t } from "../js/i18n.js";
+import { said, t, told } from "../js/i18n.js";
 import { swatch } from "../js/palette.js";
 import "./parameter-form.js";
 
@@ -127,10 +127,18 @@ export class AlgorithmEntries extends HTMLElement {
   draw() {
     if (!this.list || !this.adder) return;
     const fits = this.algorithms.filter((algorithm) => !this.kind || algorithm.takes.includes(this.kind));
-    put(this.adder, h("div", { class: "row", role: "group", "aria-label": t("compose.add"), style: "margin-bottom: 8px" },
-      h("span", { class: "muted" }, t("compose.add")),
-      fits.map((algorithm) => h("button", { type: "button", title: `${said(algorithm.title)}. ${said(algorithm.summary)}`, data: { add: algorithm.name }, onclick: () => this.add(algorithm) }, icon("new"), algorithm.name))));
+    const families = [...new Set(fits.map((algorithm) => algorithm.family))];
+    // Of one family the heading says nothing.
+    put(this.adder, h("div", { class: "adder", role: "group", "aria-label": t("compose.add") },
+      families.map((family) => h("div", { class: "row" },
+        h("span", families.length > 1 ? { class: "muted small heading" } : { class: "muted" }, families.length > 1 ? told(`family.${family}`, family) : t("compose.add")),
+        fits.filter((algorithm) => algorithm.family === family).map((algorithm) => this.addButton(algorithm))))));
     put(this.list, this.entries.length ? this.entries.map((entry, i) => this.card(entry, i)) : h("p", { class: "card panel-state" }, t("compose.no_algorithms")));
+  }
+
+  /** @param {Algorithm} algorithm */
+  addButton(algorithm) {
+    return h("button", { type: "button", title: `${said(algorithm.title)}. ${said(algorithm.summary)}`, data: { add: algorithm.name }, onclick: () => this.add(algorithm) }, icon("new"), algorithm.name);
   }
 
   /**

@@ -9,6 +9,7 @@ import { formatCount, formatNumber } from "../js/numbers.js";
 import { dataTable } from "./data-table.js";
 import { failed } from "./states.js";
 
+/** @import { Key } from "../js/i18n.js" */
 /** @import { Recording, Rejection } from "../types.d.ts" */
 
 /**
@@ -30,12 +31,22 @@ export function readCounts(recording) {
     tile(t("report.truth"), t(recording.has_truth ? "report.truth_yes" : "report.truth_no"), "text"));
 }
 
+/**
+ * How many rows, by what they are; empty where no kind is known.
+ * @param {string | null} kind
+ * @param {number} n
+ */
+export function rowsWords(kind, n) {
+  return kind ? t(/** @type {Key} */ (`rows.${kind}`), { n }) : "";
+}
+
 /** @param {Recording} recording */
 export function siteWords(recording) {
   const { site } = recording;
   if (!site) return t("site.none_short");
-  const n = (site.stations ?? site.radars ?? site.receivers ?? []).length;
-  return t("site.stations_count", { n });
+  if (site.stations) return t("site.stations_count", { n: site.stations.length });
+  if (site.radars) return t("site.radars_count", { n: site.radars.length });
+  return t("site.receivers_count", { n: site.receivers?.length ?? 0 });
 }
 
 /** @param {Recording} recording */

@@ -9,6 +9,7 @@ import { t, told } from "../js/i18n.js";
 import { formatCount, formatExact, formatNumber } from "../js/numbers.js";
 import { CursorBus } from "../js/cursor.js";
 import { chartPanel } from "./chart-panel.js";
+import { rowsWords } from "./recording-report.js";
 import { failed, loading } from "./states.js";
 
 /** @import { ScenarioPreview as Answer } from "../types.d.ts" */
@@ -21,6 +22,8 @@ const ORDER = ["plan", "measurements", "receptions"];
 export class ScenarioPreview extends HTMLElement {
   /** What is wrong with the scenario, null when nothing is. @type {(problem: Problem | null) => void} */
   ontold = () => {};
+  /** Of what is measured. */
+  kind = "";
   /** @type {unknown} */
   wanted = null;
   busy = false;
@@ -86,7 +89,7 @@ export class ScenarioPreview extends HTMLElement {
     charts.classList.toggle("earlier", !answer);
     if (answer) {
       this.ontold(null);
-      put(facts, factsOf(answer));
+      put(facts, factsOf(answer, this.kind));
       await this.draw(answer);
       this.dataset.fresh = "yes";
       return;
@@ -114,13 +117,13 @@ function seconds(time) {
   return formatExact(Math.round(time * 1000) / 1000);
 }
 
-/** @param {Answer} answer */
-function factsOf(answer) {
+/** @param {Answer} answer @param {string} kind of the measurements */
+function factsOf(answer, kind) {
   const [first, last] = answer.time_span_s;
   const complete = answer.complete_share === null ? "" : t("scenarios.complete", { share: formatNumber(100 * answer.complete_share, 3) });
   const legs = answer.legs.map((leg) => `${leg.name} ${formatExact(leg.start_s)}–${formatExact(leg.stop_s)}`).join(", ");
   return h("div", { class: "row" },
-    h("strong", null, t("scenarios.marks", { n: answer.rows })),
+    h("strong", null, rowsWords(kind, answer.rows)),
     h("span", null, t("scenarios.span", { from: seconds(first), to: seconds(last) })),
     answer.targets.length > 1 ? h("span", null, t("scenarios.targets", { n: answer.targets.length })) : null,
     complete ? h("span", null, complete) : null,

@@ -20,7 +20,7 @@ class AlgorithmsPage extends HTMLElement {
       const { items } = await get("algorithms", { signal: this.stop.signal });
       const families = [...new Set(items.map((one) => one.family))];
       put(this, h("h1", { class: "sr-only" }, t("algorithms.title")),
-        families.map((family) => h("section", { class: "stack", style: "margin-bottom: 20px" },
+        families.map((family) => h("section", { class: "stack" },
           h("h2", null, told(`family.${family}`, family)),
           h("div", { class: "listing" }, items.filter((one) => one.family === family).map((one) =>
             h("a", { class: "card", href: routeTo(["algorithms", one.name]), data: { rowLink: "" } },

@@ -12,7 +12,7 @@ import { placeErrors } from "../js/schema.js";
 import { setTitle } from "../components/app-frame.js";
 import { takeDropped } from "../components/drop-zone.js";
 import { readTags } from "../components/run-name-form.js";
-import { readCounts, rejectionsTable, siteWords, warningsList } from "../components/recording-report.js";
+import { readCounts, rejectionsTable, rowsWords, siteWords, warningsList } from "../components/recording-report.js";
 import { emptyState, failed, loading, stateBadge } from "../components/states.js";
 import { toast } from "../components/toast-area.js";
 import "../components/algorithm-entries.js";
@@ -143,7 +143,7 @@ class NewPage extends HTMLElement {
       h("input", { type: "radio", name: group, value: recording.id, checked: recording.id === this.recording?.id, disabled: recording.state === "failed", onchange: () => this.choose(recording.id) }),
       h("span", { class: "break" }, recording.name, h("br", null),
         h("span", { class: "small muted" }, recording.state === "ready"
-          ? t("compose.recording_line", { n: recording.rows.accepted, site: siteWords(recording) })
+          ? [rowsWords(recording.kind, recording.rows.accepted), siteWords(recording)].filter(Boolean).join(", ")
           : stateBadge(recording.state))))) : emptyState(t("compose.no_recordings")));
   }
 

@@ -4,7 +4,7 @@
 
 import { define, h, put, uniqueId } from "../js/dom.js";
 import { Problem, apiUrl, get, post } from "../js/api.js";
-import { said, t } from "../js/i18n.js";
+import { said, t, told } from "../js/i18n.js";
 import { rememberQuery, routeTo } from "../js/router.js";
 import { placesOf } from "../js/scenario.js";
 import { setTitle } from "../components/app-frame.js";
@@ -60,9 +60,13 @@ class ScenariosPage extends HTMLElement {
     this.preview = /** @type {ScenarioPreview} */ (document.createElement("scenario-preview"));
     this.preview.ontold = (problem) => this.editor?.setErrors(problem ? placesOf(problem.errors) : new Map());
     this.seedInput = h("input", { id: seed, type: "text", inputmode: "numeric", style: "width: 9ch", autocomplete: "off", oninput: () => this.seedTyped() });
-    this.picker = h("div", { class: "picker", role: "radiogroup", "aria-label": t("scenarios.presets") }, this.scenarios.map((one) => h("label", null,
-      h("input", { type: "radio", name: group, value: one.name, onchange: () => this.choose(one) }),
-      h("span", null, h("strong", null, said(one.title)), " ", h("code", { class: "muted" }, one.name), h("div", { class: "small muted" }, said(one.summary))))));
+    this.picker = h("div", { class: "picker", role: "radiogroup", "aria-label": t("scenarios.presets") },
+      [...new Set(this.scenarios.map((one) => one.family))].flatMap((family) => [
+        h("div", { class: "family small" }, told(`family.${family}`, family)),
+        ...this.scenarios.filter((one) => one.family === family).map((one) => h("label", null,
+          h("input", { type: "radio", name: group, value: one.name, onchange: () => this.choose(one) }),
+          h("span", null, h("strong", null, said(one.title)), " ", h("code", { class: "muted" }, one.name), h("div", { class: "small muted" }, said(one.summary))))),
+      ]));
     this.run = h("a", { class: "button", href: "#/new" }, t("scenarios.use"));
     this.store = h("button", { type: "button", class: "primary", onclick: () => this.keep(false) }, t("scenarios.store"));
     this.download = h("button", { type: "button", onclick: () => this.keep(true) }, t("scenarios.download"));
@@ -112,6 +116,7 @@ class ScenariosPage extends HTMLElement {
     this.scenario = scenario;
     for (const radio of this.picker?.querySelectorAll("input") ?? []) radio.checked = radio.value === scenario.name;
     if (this.tracks) this.tracks.hidden = !takesTracks(scenario.parameters_schema);
+    if (this.preview) this.preview.kind = scenario.kind;
     this.editor?.setScenario(scenario.parameters_schema, values);
     this.look(true);
   }

@@ -12,8 +12,8 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import TypeAdapter, ValidationError
 
 from algorithms.multilateration import lanes
-from algorithms.registry import algorithms_by_name, studies_by_name
-from algorithms.spec import Algorithm
+from algorithms.registry import algorithms_by_name, scenarios_by_name, studies_by_name
+from algorithms.spec import Algorithm, Scenario
 from algorithms.studies import Study
 from backend.api.charts import TRIAL_CHARTS
 from backend.charts.catalogue import charts
@@ -76,6 +76,17 @@ def test_groups_of_parameters(russian: dict[str, str]) -> None:
         if "group" in schema
     }
     assert [name for name in sorted(groups) if f"group.{name}" not in russian] == []
+
+
+@pytest.mark.parametrize("language", ["en", "ru"])
+def test_families_and_what_they_measure(language: str, repository: Path) -> None:
+    """Pages name them by code, and where a name is missing the code itself would stand there."""
+    text = (repository / "frontend" / "i18n" / f"{language}.js").read_text("utf-8")
+    found = [*algorithms_by_name().values(), *scenarios_by_name().values()]
+    kinds = {kind for one in found for kind in ([one.kind] if isinstance(one, Scenario) else one.takes)}
+    codes = [f"family.{one.family}" for one in found]
+    codes += [f"{name}.{kind}" for kind in kinds for name in ("kind", "rows")]
+    assert [code for code in codes if f'\n  "{code}": ' not in text] == []
 
 
 def test_decisions_and_reasons(russian: dict[str, str]) -> None:
