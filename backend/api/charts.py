@@ -34,20 +34,6 @@ router = APIRouter(tags=["charts"])
 
 # Charts of statistics over trials; what the algorithms declare then shows the first trial as an example.
 TRIAL_CHARTS = ("trials_error", "trials_gain", "trials_consistency", "trials_lost", "trials_sweep")
-# Charts of one algorithm against another.
-OF_SEVERAL = ("trials_gain",)
-# Charts that say nothing where fewer values are swept.
-OF_SWEEPS = {
-    "trials_sweep": 1,
-    "trials_crossing_sweep": 1,
-    "trials_probability": 1,
-    "trials_base": 1,
-    "trials_nonlinearity": 1,
-    "trials_placement": 2,
-}
-
-# Charts of one parameter: there where it is swept.
-OF_PARAMETER = {"trials_windows": "window_plots", "trials_series": "series_ahead_s"}
 
 Form = Literal["json", "csv", "html"]
 
@@ -234,10 +220,7 @@ def charts_of_entries(
         # Who names one of the common charts chooses among them; others get them all.
         chosen = of_trials if set(of_trials) & set(TRIAL_CHARTS) else (*of_trials, *TRIAL_CHARTS)
         sweep = source.get("sweep") or ()
-        own = [name for name in chosen if len(sweep) >= OF_SWEEPS.get(name, 0)]
-        swept = {name.rpartition(".")[2] for name in sweep}
-        own = [name for name in own if OF_PARAMETER.get(name) in (None, *swept)]
-        own = [name for name in own if len(entries) > 1 or name not in OF_SEVERAL]
+        own = [name for name in chosen if name in found and found[name].suits(len(entries), sweep)]
         names = dict.fromkeys((*own, *(() if trials_only else names)))
     return [found[name] for name in names if name in found]
 

@@ -45,7 +45,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         picked=picked,
         notes=[ChartNote("honesty", text)],
         xaxis=time_axis(view.recording),
-        yaxis=log_axis("NIS and NEES per dof", traces),
+        yaxis=log_axis("NIS, NEES / dof", traces),
         **leg_shapes(view.legs),
     )
 

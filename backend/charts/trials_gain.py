@@ -68,4 +68,4 @@ def _gain(reference: Series, series: Series) -> Floats:
     return ratio
 
 
-CHART = Chart(name="trials_gain", title=TITLE, source="run", needs=("curves",), draw=draw)
+CHART = Chart(name="trials_gain", title=TITLE, source="run", needs=("curves",), draw=draw, least_entries=2)

@@ -138,4 +138,4 @@ def _trace(entry: Entry, name: str, x: Floats, found: list[Floats], **look: Any)
     return trace("series", x, value, entry=entry, name=name, error_y=bars, hovertemplate=hover, **line)
 
 
-CHART = Chart(name="trials_sweep", title=TITLE, source="run", needs=("metrics",), draw=draw)
+CHART = Chart(name="trials_sweep", title=TITLE, source="run", needs=("metrics",), draw=draw, least_sweeps=1)

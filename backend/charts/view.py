@@ -7,7 +7,7 @@ chart never fails for want of data: it returns a figure that says why it is empt
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -124,7 +124,10 @@ class RecordingView:
 
 @dataclass(frozen=True)
 class Chart:
-    """A named chart: what it is drawn from, the tables it reads, the kinds of recording it is for (empty = all)."""
+    """A named chart: what it is drawn from, the tables it reads, the kinds of recording it is for (empty = all).
+
+    Of trials it may want several algorithms, a number of swept values, or one parameter of that name among them.
+    """
 
     name: str
     title: str
@@ -133,6 +136,18 @@ class Chart:
     draw: Callable[[Any, ChartOptions], Figure]
     kinds: tuple[Kind, ...] = ()
     overlay: Overlay = "recording"
+    least_entries: int = 1
+    least_sweeps: int = 0
+    swept: str = ""
+
+    def suits(self, entries: int, sweep: Collection[str]) -> bool:
+        """Whether so many algorithms and these swept values (`scenario.sigma_m`) give it something to show."""
+        names = {name.rpartition(".")[2] for name in sweep}
+        return (
+            entries >= self.least_entries
+            and len(sweep) >= self.least_sweeps
+            and (not self.swept or self.swept in names)
+        )
 
     def takes(self, kind: Kind) -> bool:
         """Whether the chart has anything to say about recordings of this kind."""

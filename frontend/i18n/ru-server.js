@@ -430,7 +430,7 @@ export const words = {
   "Horizontal error, m": "Плановая ошибка, м",
   "Horizontal error (rms), m": "Плановая ошибка (СКО), м",
   "Trials without an estimate, %": "Реализации без оценки, %",
-  "NIS and NEES per dof": "NIS и NEES на ст. св.",
+  "NIS, NEES / dof": "NIS, NEES / ст. св.",
   "Gain": "Выигрыш",
   "95 % interval": "95 % интервал",
   "95 % band of NEES, low": "95 % полоса NEES, низ",

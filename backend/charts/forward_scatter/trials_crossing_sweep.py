@@ -94,4 +94,5 @@ CHART = Chart(
     draw=draw,
     kinds=("doppler_pairs",),
     overlay="time",
+    least_sweeps=1,
 )

@@ -47,4 +47,6 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     )  # fmt: skip
 
 
-CHART = Chart(name="trials_base", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",))
+CHART = Chart(
+    name="trials_base", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",), least_sweeps=1
+)

@@ -137,5 +137,11 @@ def _nominal(view: RunView, lower: list[Trace]) -> list[Trace]:
 
 
 CHART = Chart(
-    name="trials_nonlinearity", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",)
+    name="trials_nonlinearity",
+    title=TITLE,
+    source="run",
+    needs=("metrics",),
+    draw=draw,
+    kinds=("polar_plots",),
+    least_sweeps=1,
 )

@@ -101,4 +101,12 @@ def _paper(swept: list[str], ys: np.ndarray) -> list[Trace]:
     return [trace("truth", x, _rows(np.zeros(2), ys), name="reconstructed placement", mode="markers", marker=marker)]
 
 
-CHART = Chart(name="trials_placement", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",))
+CHART = Chart(
+    name="trials_placement",
+    title=TITLE,
+    source="run",
+    needs=("metrics",),
+    draw=draw,
+    kinds=("polar_plots",),
+    least_sweeps=2,
+)

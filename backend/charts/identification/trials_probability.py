@@ -108,5 +108,11 @@ def _range_over_error(view: RunView) -> float | None:
 
 
 CHART = Chart(
-    name="trials_probability", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",)
+    name="trials_probability",
+    title=TITLE,
+    source="run",
+    needs=("metrics",),
+    draw=draw,
+    kinds=("polar_plots",),
+    least_sweeps=1,
 )

@@ -127,4 +127,6 @@ def _edges(values: Floats) -> Floats:
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 
 
-CHART = Chart(name="trials_heat", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",))
+CHART = Chart(
+    name="trials_heat", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",), least_sweeps=1
+)

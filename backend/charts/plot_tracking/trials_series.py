@@ -23,4 +23,12 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     )
 
 
-CHART = Chart(name="trials_series", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",))
+CHART = Chart(
+    name="trials_series",
+    title=TITLE,
+    source="run",
+    needs=("metrics",),
+    draw=draw,
+    kinds=("polar_plots",),
+    swept="series_ahead_s",
+)

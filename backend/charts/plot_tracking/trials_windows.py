@@ -30,4 +30,12 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     )
 
 
-CHART = Chart(name="trials_windows", title=TITLE, source="run", needs=("metrics",), draw=draw, kinds=("polar_plots",))
+CHART = Chart(
+    name="trials_windows",
+    title=TITLE,
+    source="run",
+    needs=("metrics",),
+    draw=draw,
+    kinds=("polar_plots",),
+    swept="window_plots",
+)
