@@ -13,7 +13,7 @@ import { chartPanel } from "../components/chart-panel.js";
 import { compareTable } from "../components/compare-table.js";
 import { metricCell } from "../components/run-tabs.js";
 import { runVerdict } from "../components/run-verdict.js";
-import { emptyState, failed, loading, notApplicable } from "../components/states.js";
+import { emptyState, failed, loading } from "../components/states.js";
 import { showTargetOf, targetPicker } from "../components/target-picker.js";
 import "../components/legend-chips.js";
 
@@ -192,6 +192,7 @@ class ComparePage extends HTMLElement {
       comparison.same_recording ? this.verdict : h("p", { class: "notice", style: "margin-bottom: 8px" }, t("compare.other_recordings")),
       h("section", { class: "card", style: "margin-bottom: 8px" }, h("div", { class: "card-head" }, h("h2", null, t("tab.metrics"))), this.metrics),
       h("div", { class: "run-charts" }, this.charts(comparison, hidden)),
+      notDrawn(comparison),
       h("section", { class: "card" }, h("div", { class: "card-head" }, h("h2", null, t("tab.parameters"))), this.given));
     this.drawTables();
   }
@@ -223,14 +224,10 @@ class ComparePage extends HTMLElement {
   charts(comparison, hidden) {
     const place = (/** @type {string} */ name) => (name === "plan" ? "first" : BESIDE.includes(name) ? "time" : "rest");
     const order = ["first", "time", "rest"];
-    const charts = comparison.charts.toSorted((a, b) => order.indexOf(place(a.name)) - order.indexOf(place(b.name)));
+    const charts = comparison.charts.filter((chart) => !chart.obstacle).toSorted((a, b) => order.indexOf(place(a.name)) - order.indexOf(place(b.name)));
     this.panels = [];
     return charts.map((chart) => {
       const heading = told(`chart.${chart.name}`, chart.title);
-      if (chart.obstacle) {
-        return h("section", { class: `card ${place(chart.name)} left-out`, "aria-label": heading },
-          h("div", { class: "card-head" }, h("h2", null, heading)), notApplicable(t("compare.obstacle")));
-      }
       const panel = chartPanel({
         source: `compare/charts/${chart.name}`, query: { run: comparison.runs.map((run) => run.id), target: this.target }, heading, bus: this.bus, hidden, class: place(chart.name),
         onpick: comparison.targets.length > 1 ? (mark) => this.pick(mark) : null,
@@ -261,6 +258,12 @@ class ComparePage extends HTMLElement {
       ...comparison.software.map((row) => ({ name: row.name, head: told(`software.${row.name}`, row.name), differs: row.differs, cells: row.values.map(formatExact) })),
     ], only));
   }
+}
+
+/** Which charts there cannot be, and why; a panel for each would be a page of empty ones. @param {Comparison} comparison */
+function notDrawn(comparison) {
+  const names = comparison.charts.filter((chart) => chart.obstacle).map((chart) => told(`chart.${chart.name}`, chart.title));
+  return names.length ? h("p", { class: "muted small", style: "margin: 8px 0", data: { notDrawn: "" } }, t("compare.not_drawn", { charts: names.join(", ") }), " ", t("compare.obstacle")) : null;
 }
 
 /** The metrics of all entries as the summary of one run, under the labels of the charts. @param {Comparison} comparison */

@@ -196,6 +196,17 @@ def test_data_of_a_compared_chart_are_at_hand(visit: Callable[..., Visit], pair:
     expect(page.get_by_role("region", name="As table: Plan")).to_contain_text("fine / rdf")
 
 
+def test_charts_that_cannot_be_are_named_in_one_line(visit: Callable[..., Visit], server: Server) -> None:
+    """Marks of stations beside plots of an antenna: no plan, but errors over time."""
+    runs = [server.sample_run(words)["id"] for words in ("on simulated marks", "before an antenna")]
+    visited = visit()
+    page = visited.open(f"#/compare?run={runs[0]}&run={runs[1]}")
+    expect(page.locator("[data-not-drawn]")).to_contain_text(re.compile("^Not drawn: Plan, .*different recordings"))
+    drawn(page, "Radial error")
+    assert "Plan" not in page.locator("chart-panel h2").all_inner_texts()
+    visited.assert_clean()
+
+
 def test_a_run_that_is_gone_leaves_the_others(
     visit: Callable[..., Visit], server: Server, pair: list[dict[str, Any]]
 ) -> None:

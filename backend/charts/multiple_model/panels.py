@@ -19,6 +19,7 @@ def panels(names: Sequence[str], models: Sequence[Sequence[str]], quantity: str,
     top = 1 - (LEGS if legs else 0.0)
     height = top / len(names)
     out: dict[str, Any] = {"annotations": []}
+    # Models come first: of a name too long for the panel the end is cut off.
     for i, (name, own) in enumerate(zip(names, models, strict=True)):
         bottom = top - (i + 1) * height
         end = bottom + height - NAME
@@ -27,7 +28,7 @@ def panels(names: Sequence[str], models: Sequence[Sequence[str]], quantity: str,
         out[f"yaxis{'' if i == 0 else i + 1}"] = axis(title, range=[0, 1], domain=[bottom, end], **more)
         said = [f'<span style="color:{theme.series_color(m)}">\u25a0</span> {model}' for m, model in enumerate(own)]
         out["annotations"].append(
-            {"text": "  ".join([f"<b>{name}</b>", *said]), "x": 0, "xref": "paper", "xanchor": "left", "y": end,
+            {"text": "  ".join([*said, f"<b>{name}</b>"]), "x": 0, "xref": "paper", "xanchor": "left", "y": end,
              "yref": "paper", "yanchor": "bottom", "showarrow": False, "font": {"size": 11}}
         )  # fmt: skip
     return out
