@@ -17,6 +17,7 @@ _TRACK = Claim("2", "straight in on a low-GDOP azimuth, straight out on a high-G
 _CIRCLE = Claim("text", "68.3 % of the errors lie inside the DRMS circle", "68.3 %")
 _SIGN = Claim("(19)", "the correction is subtracted", "minus")
 _GRADIENT = Claim("(26)", "the altitude's derivative by z has z in its numerator", "z / r")
+_VARIANCE = Claim("(13)", "all observations have one variance, the altitude too", "that of the times")
 # sqrt(1 / 2) of both axes, and one axis alone: between these lies every ellipse.
 CIRCULAR, FLAT = 1.0 - np.exp(-1.0), 0.6826894921370859
 
@@ -55,6 +56,21 @@ def _judge_gradient(run: StudyRun) -> Sequence[Verdict]:
             _CIRCLE, float(CIRCULAR), "1", "not",
             "63.2 % of circular errors, 68.3 % of errors along one line only; every ellipse lies between.",
             float(CIRCULAR), FLAT,
+        ),
+    )  # fmt: skip
+
+
+def _judge_variance(run: StudyRun) -> Sequence[Verdict]:
+    printed = run.metric("rms_horizontal_m", "as printed", "turn")
+    right = run.metric("rms_horizontal_m", "corrected", "turn")
+    claims = run.metric("actual_over_claimed", "as printed", "turn")
+    honest = run.metric("actual_over_claimed", "corrected", "turn")
+    return (
+        Verdict(
+            _VARIANCE, claims.value, "times", "not",
+            f"In the turn near the stations the error is {printed.value:.0f} m and {claims.value:.1f} times the claim "
+            f"as printed, {right.value:.0f} m and {honest.value:.1f} times the claim with the altitude's own variance.",
+            claims.low, claims.high,
         ),
     )  # fmt: skip
 
@@ -99,4 +115,21 @@ GRADIENT = Study(
     seed=42,
 )
 
-STUDIES = (SIGN, GRADIENT)
+VARIANCE = Study(
+    name="multilateration_printed_variance",
+    title="The altitude's variance as printed",
+    summary="Equation (13) gives the altitude the variance of the times of arrival: what becomes of an altitude that "
+    "is 100 m uncertain and is taken for one of 3 m.",
+    family="multilateration",
+    paper=Reference(PAPER, "eq. (13)"),
+    item="equation (13)",
+    scenario="four_station_circuit",
+    scenario_parameters={"sigma_altitude_m": 100},
+    entries=_entries("variance"),
+    claims=(_VARIANCE,),
+    judge=_judge_variance,
+    trials=64,
+    seed=42,
+)
+
+STUDIES = (SIGN, GRADIENT, VARIANCE)

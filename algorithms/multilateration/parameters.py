@@ -247,7 +247,7 @@ class UpdateParameters(Parameters):
         choices=UPDATES,
     )
     """How a mark enters the estimate. The others are for comparison: with an altitude all give the same."""
-    printed: Literal["corrected", "sign", "gradient"] = parameter(
+    printed: Literal["corrected", "sign", "gradient", "variance"] = parameter(
         "corrected",
         title="Formulas",
         group="measurement",
@@ -256,6 +256,7 @@ class UpdateParameters(Parameters):
             "corrected": "as they must be",
             "sign": "(19) as printed: the correction is subtracted",
             "gradient": "(26) as printed: z in place of R + z in the altitude's gradient",
+            "variance": "(13) as printed: the altitude has the variance of the times of arrival",
         },
     )
-    """Two misprints of the article that matter, to see what they do; with the update `ekf` only."""
+    """Three misprints of the article that matter, to see what they do; the first two with the update `ekf` only."""

@@ -222,6 +222,13 @@ def _start_settings(parameters: FilterParameters) -> dict[str, Setting]:
     return settings
 
 
+def _altitude_variance(conditions: Conditions, parameters: MarkParameters) -> float:
+    """m^2, of a decoded altitude; as (13) prints it, that of an arrival."""
+    if getattr(parameters, "printed", "") == "variance":
+        return float(conditions.variance.mean())
+    return conditions.sigma_altitude_m**2
+
+
 def _update_of(parameters: MarkParameters) -> int:
     """Code of the update for the kernel: a misprint replaces the extended filter's."""
     printed = {"sign": PRINTED_SIGN, "gradient": PRINTED_GRADIENT}.get(getattr(parameters, "printed", ""))
@@ -260,7 +267,7 @@ def setup_of(
         spread_limit=conditions.spread_limit,
         middle=conditions.middle,
         radius_of_site=float(np.linalg.norm(conditions.stations - conditions.middle, axis=1).max()),
-        altitude_variance=conditions.sigma_altitude_m**2,
+        altitude_variance=_altitude_variance(conditions, gathering),
         earth=conditions.earth,
         earth_centre=conditions.earth_centre,
         earth_radius=conditions.earth_radius,

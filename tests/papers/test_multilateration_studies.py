@@ -24,6 +24,13 @@ def test_the_printed_gradient_and_what_formulas_decide() -> None:
 
 
 @pytest.mark.slow
+def test_the_printed_variance_takes_the_altitude_for_thirty_times_better_than_it_is() -> None:
+    """Erratum E3: six times the claim in the turn near the stations, where the right variance has 1.2."""
+    found = claims_of("multilateration_printed_variance", 16)["(13): not"]
+    assert 4 < found["value"] < 10
+
+
+@pytest.mark.slow
 def test_figures_4_to_7() -> None:
     """Table 8.2: 0.71 of the runs beyond 5 km against none, medians 9 to 24 times smaller."""
     found = claims_of("multilateration_figures_4_to_7", 200)
