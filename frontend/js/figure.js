@@ -64,7 +64,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
   if (layout.annotations) {
     layout.annotations = layout.annotations.map((/** @type {any} */ note) => ({
       ...note,
-      text: saidNames(note.text ?? ""),
+      text: annotationInWords(note.text ?? ""),
       font: { ...note.font, color: colours.muted },
       // Names of intervals side by side have room only upright.
       ...(narrow && note.xref === "x" && note.yref === "paper" && note.y === 1 ? { textangle: -90, xanchor: "center", yshift: 0 } : {}),
@@ -95,6 +95,15 @@ let inSpace = null;
 export function drawsInSpace() {
   inSpace ??= Boolean(document.createElement("canvas").getContext("webgl"));
   return inSpace;
+}
+
+/**
+ * Names in an annotation; of models in their colours the words behind each coloured square.
+ * @param {string} text
+ */
+function annotationInWords(text) {
+  if (!text.includes("</span>")) return saidNames(text);
+  return text.replace(/(<\/span> )(.+?)(?= {2}|$)/g, (_, square, name) => square + said(name));
 }
 
 /**
