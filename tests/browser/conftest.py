@@ -173,7 +173,8 @@ def wait_for_sample(server: Server) -> None:
         if len(server.ask("runs?state=succeeded")["items"]) >= len(SAMPLES):
             return
         time.sleep(0.1)
-    pytest.fail(f"the sample was not run after {START_TIMEOUT_S} s")
+    states = {run["label"]: (run["state"], run["error"]) for run in server.ask("runs")["items"]}
+    pytest.fail(f"the samples were not run after {START_TIMEOUT_S} s: {states}, {server.ask('meta')['engine']}")
 
 
 @pytest.fixture(scope="session")
