@@ -3,6 +3,9 @@
 
 /** @type {Record<string, string>} */
 export const words = {
+  "plots": "отметки",
+  "vectors": "векторы",
+  "gates": "стробы",
   "errors of range and azimuth; the radar's east and north": "ошибки дальности и азимута; восток и север РЛС",
   "Range and azimuth": "Дальность и азимут",
   "Range, km": "Дальность, км",
