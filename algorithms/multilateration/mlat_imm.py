@@ -8,8 +8,9 @@ is to blame its noise is scaled up. Tracks start, restart and end as those of `r
 
 Differences from the paper: it has one model of motion, takes the altitude's error for white, and knows no gate
 (chugunov2023). From the specification (6.2, 6.4, 6.5): the model of straight flight forgets its acceleration where time
-passes only (two marks at one instant are one). At the start height and bias are correlated as the first altitude makes
-them (`bank.take_over`). Weights lie between 1e-6 and 1 - 1e-6.
+passes only (two marks at one instant are one), and what disturbs it grows with the interval (`bank.straight_noise`). At
+the start height and bias are correlated as the first altitude makes them (`bank.take_over`); before any data the bias
+is a mixture of two normals (`bias_prior`). Weights lie between 1e-6 and 1 - 1e-6.
 """
 
 from __future__ import annotations
