@@ -31,7 +31,8 @@ const SEQUENCE = {
 export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots = true }) {
   const named = Boolean(figure.layout.meta?.legend);
   const dressed = figure.data.map((trace) => dressTrace(trace, { colours, dark, hidden, named }));
-  const data = dots ? dressed.map(withDots) : dressed;
+  const painted = dots ? dressed.map(withDots) : dressed;
+  const data = [...painted, ...painted.flatMap((trace, i) => keyOf(trace, /** @type {Trace} */ (dressed[i])))];
   const layout = { ...figure.layout };
   delete layout.title;
   delete layout.width;
@@ -78,6 +79,18 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
     }));
   }
   return { data, layout };
+}
+
+/**
+ * A crowd is painted apart, so its place in the legend would be empty: a trace without points has its marker there.
+ * @param {Trace} painted
+ * @param {Trace} dressed the same with its markers
+ * @returns {Trace[]}
+ */
+function keyOf(painted, dressed) {
+  if (!painted.meta?.dot || painted.mode !== "none" || !painted.showlegend) return [];
+  painted.showlegend = false;
+  return [{ type: "scatter", mode: "markers", x: [null], y: [null], name: dressed.name, marker: dressed.marker, legendgroup: dressed.legendgroup, visible: dressed.visible, showlegend: true, hoverinfo: "skip", meta: {} }];
 }
 
 /** Axes in space. @param {any} scene @param {Colours} colours */

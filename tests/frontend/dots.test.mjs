@@ -42,6 +42,15 @@ test("what is painted keeps its line and its points, in the theme's colour", () 
   assert.equal(image.meta.dot, undefined);
 });
 
+test("a crowd has its marker in a legend that is asked for", () => {
+  const look = { colours: { text: "t", muted: "m", line: "l", grid: "g", surface: "s", measurement: "rgb(1, 2, 3)" }, dark: false, hidden: new Set(), font: "f", narrow: false };
+  const figure = { data: [marks(CROWD + 1, { name: "ca_30" }), marks(3, { name: "cv_1" })], layout: { xaxis: {}, yaxis: {}, meta: { legend: true } } };
+  const { data } = dressFigure(figure, look);
+  assert.deepEqual(data.map((trace) => [trace.name, trace.showlegend, trace.mode]), [["ca_30", false, "none"], ["cv_1", true, "markers"], ["ca_30", true, "markers"]]);
+  assert.deepEqual([data[2].x, data[2].marker.color], [[null], "#0072B2"]);
+  assert.equal(dressFigure(figure, { ...look, dots: false }).data.length, 2);
+});
+
 // An axis as Plotly keeps it: its scale follows its range only at the end of a drag.
 const axis = (id, length, range, scaled = range) => {
   const [from, to] = id === "y" ? [scaled[1], scaled[0]] : scaled;
