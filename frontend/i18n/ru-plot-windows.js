@@ -41,7 +41,7 @@ export const words = {
   "Series ahead": "Ряд вперёд",
   "So long after the newest plot.": "Через столько после последней отметки.",
   "Five steady motions": "Пять неизменных движений",
-  "Straight flight at 200, 50 and 20 m/s, a wide and a tight_turn, each for a minute at 58 km: what a trajectory fitted to the last plots is worth.": "Прямолинейный полёт на 200, 50 и 20 м/с, пологий и крутой виражи, каждый по минуте на 58 км: чего стоит траектория через последние отметки.",
+  "Straight flight at 200, 50 and 20 m/s, a wide and a tight turn, each for a minute at 58 km: what a trajectory fitted to the last plots is worth.": "Прямолинейный полёт на 200, 50 и 20 м/с, пологий и крутой виражи, каждый по минуте на 58 км: чего стоит траектория через последние отметки.",
   "What a window is worth": "Чего стоит окно",
   "Errors of the place now and a period ahead from the last 4 to 13 plots: the free curve, the penalised one, a straight line, quadratics and cubics, in straight flight and in turns.": "Ошибки положения сейчас и на период вперёд по последним 4–13 отметкам: свободная кривая, кривая со штрафом, прямая, квадратичные и кубические многочлены, в прямолинейном полёте и в разворотах.",
   "section 3": "раздел 3",
