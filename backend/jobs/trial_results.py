@@ -174,12 +174,12 @@ def _comparisons(plan: TrialsPlan, statistics: Mapping[int, Running]) -> StoredT
             [c.metric, names[c.first], names[c.second], c.segment, c.target, *values, c.difference, c.low, c.high,
              c.ratio, c.ratio_low, c.ratio_high, c.unit, c.trials, c.verdict]
             for c in running.comparisons()
-            if _comparable(plan.variants[c.first], plan.variants[c.second])
+            if comparable(plan.variants[c.first], plan.variants[c.second])
         )  # fmt: skip
     return StoredTable("comparisons", columns, finite(rows))
 
 
-def _comparable(first: Variant, second: Variant) -> bool:
+def comparable(first: Variant, second: Variant) -> bool:
     """Whether two variants differ in nothing but their algorithms, where these sweep parameters of one name."""
     if first.label == second.label:
         return True
