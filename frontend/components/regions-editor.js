@@ -59,7 +59,7 @@ export class RegionsEditor extends HTMLElement {
   }
 
   focus() {
-    /** @type {HTMLElement | null} */ (this.querySelector("[aria-invalid=true], input, button"))?.focus();
+    /** @type {HTMLElement | null} */ (this.querySelector("[aria-invalid=true]") ?? this.querySelector("input, button"))?.focus();
   }
 
   /** Another run, another path behind the polygons. */

@@ -282,7 +282,7 @@ class NewPage extends HTMLElement {
     const key = JSON.stringify(scenario ?? this.recording?.id ?? null);
     if (this.planOf?.key !== key) {
       const asked = scenario ? post("scenarios/preview", scenario).then((answer) => answer.charts.plan)
-        : this.recording?.state === "ready" ? get(`recordings/${this.recording.id}/charts/plan`, { signal: this.stop?.signal }) : Promise.resolve(undefined);
+        : this.recording?.state === "ready" ? get(`recordings/${this.recording.id}/charts/plan.json`, { signal: this.stop?.signal }) : Promise.resolve(undefined);
       this.planOf = { key, paths: asked.then(pathsOf) };
     }
     return this.planOf.paths;

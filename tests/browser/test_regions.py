@@ -9,12 +9,13 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.conftest import Visit
+from tests.browser.conftest import Server, Visit
 from tests.browser.russian import english_left
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 NAMES = ("multiple_model", "ekf", "rate", "imm", "moment", "listed", "auto", "straight_flight", "scenario")
+CALM = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 SCENARIO = json.dumps({"preset": "straight_flight", "parameters": {"rate_hz": 1}})
 
 
@@ -104,6 +105,23 @@ def test_a_polygon_is_drawn_and_moved_by_the_pointer(visit: Callable[..., Visit]
     page.get_by_role("button", name="Remove: Region 1", exact=True).click()
     assert held(page) == []
     visited.assert_clean()
+
+
+def test_a_recording_s_path_lies_behind_and_the_server_s_words_stand_at_the_corner(
+    visit: Callable[..., Visit], server: Server
+) -> None:
+    run = server.sample_run("before an antenna")
+    far = {"corners": [[0, 0], [50000, 0], [2e7, 3e5]], "transition": CALM}
+    entry = {"name": "multiple_model", "parameters": {"regions": [{"transition": CALM}, far]}}
+    page = visit().open(f"#/new?recording={run['source']['recording_id']}&a={json.dumps(entry)}")
+    expect(page.locator("region-plan polyline.true-path")).to_have_count(2)
+    page.get_by_role("button", name="Start").click()
+    editor = page.locator("regions-editor")
+    expect(editor).to_contain_text("Region 2, corner 3: Input should be less than or equal to 10000000")
+    wrong = editor.locator("[aria-invalid=true]")
+    expect(wrong).to_have_count(1)
+    expect(wrong).to_have_attribute("aria-label", "Region 2, corner 3: East, m")
+    expect(wrong).to_be_focused()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
