@@ -7,8 +7,9 @@ a pile begins a track as soon as the filter can start one from it: from one comp
 (specification 5, step 3). A track that gathers no more than five marks was none: its marks belong to nobody. Every
 decision is kept.
 
-A track is tentative, confirmed with its sixth mark, and dropped a minute after its last: the stages are those of plots
-(`algorithms.toolbox.tracks.life_cycle`), but that counts scans, and marks come one by one.
+A track is tentative, confirmed with its sixth mark, and dropped a minute after its last, or when it turns out to be
+another one: stages, reasons and the diary of them are those of plots (`algorithms.toolbox.tracks.life_cycle`). Marks
+come one by one and at no period, so no track coasts.
 
 References
 ----------
@@ -32,6 +33,8 @@ from algorithms.spec import RunContext
 from algorithms.toolbox.association.assignment import most_likely_matching
 from algorithms.toolbox.association.gate import gate_threshold
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
+from algorithms.toolbox.tracks import life_cycle
+from algorithms.toolbox.tracks.life_cycle import Diary
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -62,7 +65,8 @@ ALWAYS = 1e6
 @dataclass(frozen=True)
 class Separation:
     """Of each mark (M,): its emitter (0, 1, ...; -1 = nobody's), what was decided, NIS against the gate it was held
-    against (NaN = none), and the emitter that claimed it too (-1 = none).
+    against (NaN = none), and the emitter that claimed it too (-1 = none). Of each step in the life of a track: the
+    track's number (from 1), its emitter, the instant, where it went and why (`life_cycle`).
     """
 
     emitter: Ints
@@ -70,6 +74,11 @@ class Separation:
     distance: Floats
     threshold: Floats
     rival: Ints
+    step_track: Ints
+    step_emitter: Ints
+    step_time_s: Floats
+    step_state: Ints
+    step_reason: Ints
 
 
 @dataclass
@@ -82,6 +91,19 @@ class _Book:
     threshold: Floats
     rival: Ints
     same: dict[int, int] = field(default_factory=dict)
+    diary: Diary = field(default_factory=Diary)
+    confirmed: set[int] = field(default_factory=set)
+
+    def confirm(self, number: int, marks: int, time_s: float) -> None:
+        """A track that has enough marks is one, for good."""
+        if marks >= CONFIRMED_MARKS and number not in self.confirmed:
+            self.confirmed.add(number)
+            self.step(number, time_s, life_cycle.CONFIRMED, life_cycle.ENOUGH)
+
+    def step(self, number: int | Ints, time_s: float, state: int, reason: int | Ints) -> None:
+        """Write down where tracks go in their lives."""
+        numbers = np.atleast_1d(np.asarray(number, np.int64))
+        self.diary.note(np.zeros(numbers.size, np.int64), numbers, time_s, state, reason)
 
     def whose(self, number: int) -> int:
         """The track that a track turned out to be."""
@@ -112,7 +134,10 @@ def separate(
         if first % 64 == 0:
             context.check_cancelled()
         now = float(recording.time_s[first])
-        tracks.keep(now - tracks.last_s <= GAP_S)
+        silent = now - tracks.last_s > GAP_S
+        why = np.where(tracks.marks < CONFIRMED_MARKS, life_cycle.NEVER_CONFIRMED, life_cycle.SENSOR_SILENT)
+        book.step(tracks.number[silent], now, life_cycle.DROPPED, why[silent])
+        tracks.keep(~silent)
         tracks.predict(now)
         here = np.arange(first, stop)
         heard = np.isfinite(toa_s[here]).sum(axis=1) >= 2
@@ -126,6 +151,8 @@ def separate(
             tracks.add(*found, begun, len(pile))
             book.track[pile], book.decision[pile] = begun, STARTED
             piles.remove(pile)
+            book.step(begun, now, life_cycle.TENTATIVE, life_cycle.BEGUN)
+            book.confirm(begun, len(pile), now)
             begun += 1
     return _settled(book)
 
@@ -162,6 +189,10 @@ def _assign(
                 older, younger = sorted((mine, rival), key=lambda t: (-tracks.marks[t], tracks.number[t]))
                 book.same[int(tracks.number[younger])] = book.whose(int(tracks.number[older]))
                 book.decision[k] = SAME_EMITTER
+                if younger not in gone:
+                    now = float(tracks.time_s[younger])
+                    book.step(int(tracks.number[younger]), now, life_cycle.DROPPED, life_cycle.DUPLICATE)
+                    tracks.marks[older] += tracks.marks[younger]
                 gone.add(younger)
                 mine = older
             else:
@@ -171,6 +202,7 @@ def _assign(
             book.decision[k] = ASSIGNED
         book.track[k] = tracks.number[mine]
         tracks.update(mine, float(tracks.time_s[mine]), toa_s[k], altitude_m[k], conditions)
+        book.confirm(int(tracks.number[mine]), int(tracks.marks[mine]), float(tracks.time_s[mine]))
     if gone:
         tracks.keep(~np.isin(np.arange(len(tracks.x)), list(gone)))
     return left
@@ -229,4 +261,7 @@ def _settled(book: _Book) -> Separation:
     emitter = np.array([place.get(int(t), -1) for t in number], np.int64)
     decision = np.where((number >= 0) & (emitter < 0), NEVER_CONFIRMED, book.decision)
     rival = np.array([place.get(book.whose(int(t)), -1) if t >= 0 else -1 for t in book.rival], np.int64)
-    return Separation(emitter, decision, book.distance, book.threshold, rival)
+    _, step_track, instant, state, reason = book.diary.joined()
+    of_step = np.array([place.get(book.whose(int(t)), -1) for t in step_track], np.int64)
+    steps = step_track + 1, of_step, instant, state, reason
+    return Separation(emitter, decision, book.distance, book.threshold, rival, *steps)

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from algorithms.multilateration.altitudes import SOURCES
 from algorithms.multilateration.emitters import DECISIONS
 from algorithms.multilateration.lanes import REASONS, STATUS
+from algorithms.multilateration.separated import LIFE_WORDS
 from algorithms.result import Output, Result
+from algorithms.toolbox.tracks import life_cycle
 
 OUTPUTS = (
     Output("row", ("mark",), "", "row number in the source"),
@@ -53,6 +55,11 @@ FILTER_OUTPUTS = (
     Output("emitter_distance", ("mark",), "1", "squared distance to the nearest emitter"),
     Output("emitter_threshold", ("mark",), "1", "up to which it may be that emitter's"),
     Output("emitter_rival", ("mark",), "", "the emitter that claimed it too; -1 = none"),
+    Output("event_track", ("event",), "", "number of a track by which emitters are told apart"),
+    Output("event_emitter", ("event",), "", "the emitter that it is of; -1 = none"),
+    Output("event_time_s", ("event",), "s", "instant"),
+    Output("event_state", ("event",), "", "where its life went", life_cycle.STATES),
+    Output("event_reason", ("event",), "", "why", LIFE_WORDS),
 )
 
 MODELS_OUTPUTS = (

@@ -22,6 +22,7 @@ from algorithms.result import Note, Result, Setting, Table
 from algorithms.spec import LocalContext, PartOfRun, RunContext
 from algorithms.texts import Texts
 from algorithms.toolbox.kernels.symmetric import unpack
+from algorithms.toolbox.tracks import life_cycle
 
 Floats = NDArray[np.float64]
 
@@ -37,12 +38,26 @@ WORDS = (
 )
 """Of `emitters.DECISIONS`."""
 
+LIFE_WORDS = (
+    "enough marks to follow it",
+    "enough marks to confirm it",
+    "",
+    "",
+    "",
+    "silent before it was confirmed",
+    "silent for a minute",
+    "the same as an older track",
+)
+"""Of `life_cycle.REASONS`, whose words are those of plots; empty where marks, which come at no period, give no such."""
+
 
 def of_one_emitter(recording: ToaMarks) -> dict[str, NDArray[Any]]:
     """Arrays of a recording whose marks were not told apart."""
     marks = len(recording)
     nothing = np.full(marks, np.nan)
-    return _arrays(Separation(np.full(marks, -1), np.zeros(marks, np.int64), nothing, nothing, np.full(marks, -1)))
+    none, never = np.empty(0, np.int64), np.empty(0)
+    of_marks = (np.full(marks, -1), np.zeros(marks, np.int64), nothing, nothing, np.full(marks, -1))
+    return _arrays(Separation(*of_marks, none, none, never, none, none))
 
 
 def _arrays(found: Separation) -> dict[str, NDArray[Any]]:
@@ -52,6 +67,11 @@ def _arrays(found: Separation) -> dict[str, NDArray[Any]]:
         "emitter_distance": found.distance,
         "emitter_threshold": found.threshold,
         "emitter_rival": found.rival,
+        "event_track": found.step_track,
+        "event_emitter": found.step_emitter,
+        "event_time_s": found.step_time_s,
+        "event_state": found.step_state.astype(np.int8),
+        "event_reason": found.step_reason.astype(np.int8),
     }
 
 
@@ -95,13 +115,15 @@ def _over(recording: ToaMarks, rows: NDArray[np.int64], part: Separation) -> Sep
     """What was found of some marks, of all of them."""
     whole = of_one_emitter(recording)
     for name, value in _arrays(part).items():
-        whole[name][rows] = value
-    return Separation(
-        whole["emitter"],
-        whole["emitter_decision"].astype(np.int64),
-        whole["emitter_distance"],
-        whole["emitter_threshold"],
-        whole["emitter_rival"],
+        if name.startswith("emitter"):
+            whole[name][rows] = value
+    return replace(
+        part,
+        emitter=whole["emitter"],
+        decision=whole["emitter_decision"].astype(np.int64),
+        distance=whole["emitter_distance"],
+        threshold=whole["emitter_threshold"],
+        rival=whole["emitter_rival"],
     )
 
 
@@ -155,6 +177,22 @@ def emitter_decisions(recording: ToaMarks, result: Result) -> Table | None:
             "threshold": np.sqrt(a["emitter_threshold"][rows]),
             "rival": named(a["emitter_rival"][rows]),
             "reason": Texts.coded(code, WORDS),
+        }
+    )
+
+
+def emitter_lives(recording: ToaMarks, result: Result) -> Table:
+    """The steps in the lives of the tracks that emitters are told apart by, with their reasons."""
+    a = result.arrays
+    _, targets = _targets(recording, a["emitter"])
+    own = len(recording.targets)
+    return Table(
+        {
+            "track": a["event_track"].astype(float),
+            "emitter": [targets[own + i] if i >= 0 else None for i in a["event_emitter"].tolist()],
+            "time_s": a["event_time_s"],
+            "status": Texts.coded(a["event_state"].astype(np.int64), life_cycle.STATES),
+            "reason": Texts.coded(a["event_reason"].astype(np.int64), LIFE_WORDS),
         }
     )
 

@@ -14,7 +14,7 @@ from algorithms.multilateration import lanes
 from algorithms.multilateration.altitudes import SOURCES
 from algorithms.multilateration.outputs import position_covariance
 from algorithms.multilateration.receiver_tables import receiver_tables
-from algorithms.multilateration.separated import as_told_apart, emitter_decisions, with_reasons_of_nobody
+from algorithms.multilateration.separated import as_told_apart, emitter_decisions, emitter_lives, with_reasons_of_nobody
 from algorithms.recording import ToaMarks
 from algorithms.result import Result, Table
 from algorithms.texts import Texts
@@ -47,6 +47,7 @@ _ACCELERATION = [2, 5, 8]
 def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
     """Return the tables states, errors (with truth), tracks, decisions and receivers of one recording."""
     of_emitters = emitter_decisions(recording, result)
+    lives = None if of_emitters is None else emitter_lives(recording, result)
     recording = as_told_apart(recording, result)
     rows = _Rows.of(recording, result)
     tables = {
@@ -60,6 +61,8 @@ def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
         tables["mode_probabilities"] = _probabilities(result, rows)
     if of_emitters is not None:
         tables["emitters"] = of_emitters
+    if lives is not None:
+        tables["track_events"] = lives
     return tables
 
 

@@ -10,6 +10,7 @@ import pytest
 from algorithms.multilateration import mlat_imm, rdfv
 from algorithms.multilateration.emitters import DECISIONS
 from algorithms.multilateration.scenario import CrossingParameters, simulate
+from algorithms.multilateration.separated import LIFE_WORDS
 from algorithms.recording import ToaMarks
 from algorithms.result import Result
 from algorithms.spec import LocalContext
@@ -53,6 +54,22 @@ def test_two_crossing_aircraft_are_told_apart(crossing: ToaMarks) -> None:
     assert np.argmax(found[0]) != np.argmax(found[1])
     error = np.hypot(*(result.arrays["state"][:, [0, 3], 0] - part.truth_m[:, :2]).T)
     assert np.nanmedian(error) < 40
+
+
+def test_lives_of_tracks_are_told_as_those_of_plots_are(crossing: ToaMarks) -> None:
+    """Two emitters begin, are confirmed, and end a minute after their last marks; what is too short never was one."""
+    times = crossing.time_s
+    part = nameless(crossing.take(np.flatnonzero((times < 100) | ((times > 290) & (times < 292)) | (times > 400))))
+    result = separated(part)
+    lives = rdfv.ALGORITHM.tabulate(part, result)["track_events"].columns
+    steps: dict[str | None, list[tuple[str, str]]] = {}
+    for emitter, status, reason in zip(lives["emitter"], lives["status"], lives["reason"], strict=True):
+        steps.setdefault(emitter, []).append((status, reason))
+    begun, sure = ("tentative", "enough marks to follow it"), ("confirmed", "enough marks to confirm it")
+    for emitter in ("emitter 1", "emitter 2"):
+        assert steps[emitter] == [begun, sure, ("dropped", "silent for a minute")]
+    assert set(steps[None]) <= {begun, ("dropped", "silent before it was confirmed"), ("dropped", LIFE_WORDS[-1])}
+    assert all(np.diff(np.asarray(lives["time_s"])) >= 0)
 
 
 def test_every_decision_is_listed_with_its_words(crossing: ToaMarks) -> None:
