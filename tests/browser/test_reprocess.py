@@ -136,6 +136,7 @@ def test_what_cannot_be_read_says_why(visit: Callable[..., Visit], tmp_path: Pat
     expect(failure.get_by_role("button", name="Copy")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_a_cancelled_run_says_so(visit: Callable[..., Visit], repository: Path, tmp_path: Path) -> None:
     """A recording fifty times as long as the sample, so that the run lives long enough to be cancelled."""
     samples = repository / "examples" / "recordings"

@@ -173,6 +173,7 @@ def digests_of_another_process() -> dict[str, str]:
     return dict(json.loads(other.stdout))
 
 
+@pytest.mark.slow  # all algorithms once more, in a process that has to load them first
 @each_algorithm
 def test_the_same_bytes_in_another_process(algorithm: Algorithm, digests_of_another_process: dict[str, str]) -> None:
     assert digests_of_another_process[algorithm.name] == digest(algorithm.name)

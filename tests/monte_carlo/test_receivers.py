@@ -44,6 +44,7 @@ def test_nobody_is_accused_of_nothing(make) -> None:
     assert not any(v.suspect for v in assess_receivers(make(), AltitudeParameters()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [four, five])
 @pytest.mark.parametrize("delay_ns", [300.0, -1000.0])
 def test_the_late_station_is_named(make, delay_ns: float) -> None:

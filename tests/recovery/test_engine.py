@@ -146,6 +146,7 @@ def test_a_queued_run_is_cancelled_without_a_worker(house: House) -> None:
     assert house.run(queued).started_at is None
 
 
+@pytest.mark.slow
 def test_a_worker_that_hangs_is_restarted(house: House, tmp_path: Path) -> None:
     marker = tmp_path / "starts"
     run_id = house.queue({"behaviour": "hang", "seconds": 300, "marker": str(marker)})
@@ -164,6 +165,7 @@ def test_a_block_whose_worker_died_is_computed_again(house: House, tmp_path: Pat
     assert "the worker died; it is computed again, alone" in log(house, run.id)
 
 
+@pytest.mark.slow  # three workers die in turn
 def test_a_deadly_block_fails_its_run_and_spares_the_others(house: House, tmp_path: Path) -> None:
     marker = tmp_path / "starts"
     deadly = house.queue({"behaviour": "die", "marker": str(marker)})

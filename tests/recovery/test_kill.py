@@ -19,6 +19,7 @@ pytestmark = pytest.mark.recovery
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.slow
 def test_a_killed_server_goes_on_with_the_rest(tmp_path: Path) -> None:
     house = settle(tmp_path / "data")
     markers = [tmp_path / f"starts {i}" for i in range(3)]

@@ -42,7 +42,7 @@ def best(recording: PolarPlots, result: Result, algorithm: str = "assignment") -
     return dict(zip(table.names, next(iter(table.rows())), strict=True))
 
 
-@pytest.mark.parametrize("turn", [0.5, 3.0, -20.0])
+@pytest.mark.parametrize("turn", [0.5, *(pytest.param(turn, marks=pytest.mark.slow) for turn in (3.0, -20.0))])
 def test_a_turn_of_any_size_is_measured(turn: float) -> None:
     plots = simulated("two_radars_cluster", **SPREAD, azimuth_bias_deg=turn)
     result = ran(plots)
@@ -55,7 +55,10 @@ def test_a_turn_of_any_size_is_measured(turn: float) -> None:
     assert bool(of(result, "radars_disagree")) == (abs(turn) > 10)
 
 
-@pytest.mark.parametrize(("east", "north"), [(1000.0, 0.0), (5000.0, 2000.0), (-30_000.0, 40_000.0)])
+@pytest.mark.parametrize(
+    ("east", "north"),
+    [(1000.0, 0.0), *(pytest.param(*far, marks=pytest.mark.slow) for far in ((5000.0, 2000.0), (-30_000.0, 40_000.0)))],
+)
 def test_a_shift_of_any_size_is_measured(east: float, north: float) -> None:
     plots = simulated("two_radars_tracks", **FLIGHT, site_error_east_m=east, site_error_north_m=north)
     result = ran(plots)

@@ -121,6 +121,7 @@ def test_two_radars_state_the_probabilities_of_the_matching() -> None:
     assert (sets.arrays["pair_decision"] == pairs.arrays["pair_decision"]).mean() > 0.999
 
 
+@pytest.mark.slow
 def test_stated_probabilities_of_sets_are_those_that_come_true() -> None:
     plots = simulated(targets=8, looks=150, radars=3)
     result = run(plots, "multi_radar_assignment", decision="most_likely")
@@ -139,6 +140,7 @@ def test_stated_probabilities_of_sets_are_those_that_come_true() -> None:
         assert right[some].mean() == pytest.approx(stated[some].mean(), abs=error)
 
 
+@pytest.mark.slow
 def test_trials_keep_what_was_stated_of_sets() -> None:
     algorithm, preset = algorithms_by_name()["multi_radar_assignment"], scenarios_by_name()["two_radars_cluster"]
     trials = preset.simulate(preset.parameters(targets=8, looks=10, radars=3), tuple(range(8)), 3)
