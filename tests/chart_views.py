@@ -211,7 +211,13 @@ def trial_tables(scale: float = 1.0, swept: str = "scenario.sigma_altitude_m") -
     }
     for name, factor in (("ratio", 1.0), ("ratio_low", 0.9), ("ratio_high", 1.1)):
         compared[name] = factor * scale * np.array([1.0, 1.5, 0.5, 2.0])
-    return {"curves": Table(columns), "metrics": pair_metrics(metrics, swept), "comparisons": Table(compared)}
+    times = {swept: np.array([10.0, 100.0]), "seconds_per_trial": scale * np.array([0.1, 0.7])}
+    return {
+        "curves": Table(columns),
+        "metrics": pair_metrics(metrics, swept),
+        "comparisons": Table(compared),
+        "computing_times": Table(times),
+    }
 
 
 def complete_run(recording: ToaMarks, **more: Any) -> RunView:

@@ -314,6 +314,7 @@ ALGORITHM = Algorithm(
         "trials_error",
         "trials_sweep",
         "trials_heat",
+        "trials_times",
         "trials_sets",
         "trials_consistency",
     ),

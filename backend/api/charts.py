@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 router = APIRouter(tags=["charts"])
 
 # Charts of statistics over trials; what the algorithms declare then shows the first trial as an example.
-TRIAL_CHARTS = ("trials_error", "trials_gain", "trials_consistency", "trials_lost", "trials_sweep")
+TRIAL_CHARTS = ("trials_error", "trials_gain", "trials_consistency", "trials_lost", "trials_sweep", "trials_times")
 
 Form = Literal["json", "csv", "html"]
 

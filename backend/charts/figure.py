@@ -57,6 +57,7 @@ REASONS = {
     "no_bias": "No algorithm of this run estimates the altitude's bias.",
     "no_delays": "No receiver has enough marks with more data than unknowns.",
     "no_memory": "No tracker of this run keeps a memory of plots.",
+    "no_times": "Times of computation are told when the run has ended.",
     "no_curves": "No statistics over trials at each instant: the run has none, or none is finished yet.",
     "nothing_lost": "No track is lost: every instant after the start has an estimate in every trial.",
     "no_sweep": "This run varies no number.",

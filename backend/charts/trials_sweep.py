@@ -39,7 +39,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         return not_applicable(TITLE, "no_sweep")
     values = np.concatenate([np.asarray(t["x"], float) for t in traces])
     traces += [t for entry in view.entries for t in _level(entry, _wanted(entry.table("metrics")), values)]
-    log = _is_logarithmic(values)
+    log = is_logarithmic(values)
     return figure(
         TITLE,
         traces,
@@ -50,7 +50,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     )
 
 
-def _is_logarithmic(values: Floats) -> bool:
+def is_logarithmic(values: Floats) -> bool:
     """Whether values over a decade or more lie better apart on a logarithmic axis."""
     swept = np.unique(values)
     if swept.size < 2 or swept[0] <= 0 or swept[-1] < 10 * swept[0]:

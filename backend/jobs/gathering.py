@@ -27,7 +27,7 @@ class Gathering:
     ----------
     statistics : by cell
     bounds : by cell and variant
-    seconds : (variants,) s, time of computation
+    seconds : (cells, variants) s, time of computation
     first : arrays of the first block, which hold the example
     """
 
@@ -35,7 +35,7 @@ class Gathering:
         self.plan = plan
         self.statistics = {cell.index: Running(len(plan.variants)) for cell in plan.cells}
         self.bounds: dict[tuple[int, int], NDArray[Any]] = {}
-        self.seconds = np.zeros(len(plan.variants))
+        self.seconds = np.zeros((len(plan.cells), len(plan.variants)))
         self.first: Arrays = {}
         self._next = 0
         # Blocks whose predecessors are not there yet.
@@ -60,7 +60,7 @@ class Gathering:
         running = self.statistics[cell.index]
         running.add(sums_in(arrays, len(self.plan.variants)))
         self.bounds |= {(cell.index, k): bound for k, bound in bounds_in(arrays).items()}
-        self.seconds += arrays["array/seconds"]
+        self.seconds[cell.index] += arrays["array/seconds"]
         if position == 0:
             self.first = {name: arrays[name] for name in arrays}
         if position == self.plan.positions_of(cell.index)[-1]:

@@ -49,6 +49,8 @@ def compose(gathering: Gathering, study: str | None = None) -> results.Composed:
     kept = [table for table in composed.tables if table.name != "metrics"]
     metrics = measured(plan, statistics, quantiles=True)
     tables = [*kept, *small_tables(plan, statistics, metrics)]
+    if plan.swept:
+        tables.append(_times(gathering))
     if study is not None:
         # An algorithm that gives one answer for each trial has no instants, and no curves over them.
         drawn = [label for label in labels if counts["curves"][label]]
@@ -316,7 +318,19 @@ def _thinned(plan: TrialsPlan) -> list[dict[str, Any]]:
 def _seconds(gathering: Gathering, label: str) -> float:
     """Time of computation of a label over all blocks."""
     own = [k for k, variant in enumerate(gathering.plan.variants) if variant.label == label]
-    return round(float(gathering.seconds[own].sum()), 3)
+    return round(float(gathering.seconds[:, own].sum()), 3)
+
+
+def _times(gathering: Gathering) -> StoredTable:
+    """Time that a trial of each cell took each variant: what a sweep says of the cost of what is swept."""
+    plan = gathering.plan
+    swept = _swept_columns(plan)
+    columns = [("label", "text"), *swept, ("seconds_per_trial", "number"), ("trials", "integer")]
+    rows: list[list[Any]] = []
+    for cell, k, variant, running in _lines(plan, gathering.statistics):
+        values = _cells_of_table(_swept(plan, cell, variant), swept)
+        rows.append([variant.label, *values, float(gathering.seconds[cell, k]) / running.trials, running.trials])
+    return StoredTable("computing_times", columns, finite(rows))
 
 
 def _settings(example: tuple[Outcome, list[dict[str, Any]]]) -> dict[str, Any]:

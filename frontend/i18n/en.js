@@ -459,6 +459,7 @@ export default {
   "chart.reason.no_models": "No algorithm of this run has several motion models.",
   "chart.reason.no_nis": "No algorithm of this run gave an innovation with its covariance.",
   "chart.reason.no_position": "Nothing in this recording has a place in the plane: it needs a site or true positions.",
+  "chart.reason.no_times": "Times of computation are told when the run has ended.",
   "chart.reason.other_kind": "This chart is for recordings of another kind.",
   // compose
   "compose.title": "New run",
@@ -888,6 +889,7 @@ export default {
   "chart.trials_gain": "Gain over the first algorithm",
   "chart.trials_consistency": "Honesty over trials (NEES, NIS)",
   "chart.trials_lost": "Lost tracks over trials",
+  "chart.trials_times": "Computing time against the swept value",
   "chart.trials_sweep": "Error against the swept value",
   "metric.actual_over_claimed": "Actual over claimed error",
   "metric.lost_tracks": "Trials with a lost track",

@@ -436,6 +436,8 @@ export const words = {
   "95 % band of NEES, low": "95 % полоса NEES, низ",
   "95 % band of NEES, high": "95 % полоса NEES, верх",
   "NEES per degree of freedom": "NEES на степень свободы",
+  "Time of one trial, s": "Время одной реализации, с",
+  "Filtering and scoring on one processor, as it was in this run; other work of the machine counts.": "Фильтрация и оценка на одном процессоре, как было в этом расчёте; прочая работа машины входит в него.",
   "NIS per dof": "NIS на ст. св.",
   "Altitude, m": "Высота, м",
   "Station": "Пункт",

@@ -93,11 +93,14 @@ def test_a_sweep_has_a_column_for_each_name(api: httpx2.Client) -> None:
     sweep = {"scenario.sigma_toa_ns": [5, 20], "rdfv.sigma_altitude_m": [30, 100, 300]}
     run = finished(api, api.post("/api/v1/runs", json=body(sweep=sweep, trials=4)).json()["id"])
     names = [c["name"] for c in api.get(f"/api/v1/runs/{run['id']}/charts").json()["items"]]
-    assert "trials_sweep" in names
+    assert {"trials_sweep", "trials_times"} <= set(names)
     assert run["state"] == "succeeded", run["error"]
     assert run["progress"]["total"] == 8
     metrics = [r for r in rows(api, run, "metrics") if (r["metric"], r["segment"]) == ("rms_horizontal_m", "")]
     cells = [(r["label"], r["scenario.sigma_toa_ns"], r["rdfv.sigma_altitude_m"]) for r in metrics]
+    times = rows(api, run, "computing_times")
+    assert [(r["label"], r["scenario.sigma_toa_ns"], r["rdfv.sigma_altitude_m"]) for r in times] == cells
+    assert all(r["seconds_per_trial"] > 0 and r["trials"] == 4 for r in times)
     assert cells == [("rdf", s, None) for s in (5, 20)] + [("rdfv", s, h) for h in (30, 100, 300) for s in (5, 20)]
     assert all(a["value"] < b["value"] for a, b in zip(metrics[::2], metrics[1::2], strict=True)), (
         "more noise, more error"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from algorithms.result import Table
-from backend.charts import theme, trials_error, trials_gain, trials_sweep
+from backend.charts import theme, trials_error, trials_gain, trials_sweep, trials_times
 from backend.charts.view import ChartOptions, Entry, RunView
 from tests import chart_views
 
@@ -60,6 +60,26 @@ def test_a_sweep_has_a_tick_at_every_value() -> None:
     assert axis["ticktext"] == ["10", "100"]
     assert axis["title"]["text"] == "sigma altitude m", "a preset that nobody knows has no words for it"
     assert lines(drawn)["b"]["line"]["color"] == theme.series_color(1)
+
+
+def times_over(aircraft: list[float], seconds: list[float]) -> RunView:
+    table = Table(
+        {
+            "scenario.aircraft": np.array(aircraft),
+            "seconds_per_trial": np.array(seconds),
+            "trials": np.full(len(aircraft), 4),
+        }
+    )
+    entry = Entry("tracker", 0, "tracker", lambda name: table if name == "computing_times" else Table({}), dict)
+    return RunView(view().recording, (entry,))
+
+
+def test_time_of_a_trial_stands_over_what_is_swept() -> None:
+    (line,) = lines(trials_times.draw(times_over([100.0, 10.0, 1.0], [2.0, 0.2, 0.02]), ChartOptions())).values()
+    assert np.asarray(line["x"]).tolist() == [1.0, 10.0, 100.0]
+    assert np.asarray(line["y"]).tolist() == [0.02, 0.2, 2.0]
+    drawn = trials_times.draw(times_over([], []), ChartOptions())
+    assert drawn["layout"]["meta"]["not_applicable"] == "no_times"
 
 
 def swept_over(values: list[float]) -> dict[str, Any]:
