@@ -11,7 +11,13 @@ from itertools import pairwise
 import numpy as np
 
 from algorithms.errors import ParameterError
-from algorithms.plot_tracking.scenario_parameters import AircraftScans, CrossingScans, ParallelScans, RadarScans
+from algorithms.plot_tracking.scenario_parameters import (
+    AircraftScans,
+    CrossingScans,
+    ManyScans,
+    ParallelScans,
+    RadarScans,
+)
 from algorithms.toolbox.scenario.mark_parameters import NamedInterval
 from algorithms.toolbox.scenario.preset import preset
 from algorithms.toolbox.scenario.targets import Target
@@ -148,6 +154,7 @@ STEADY = preset(
 )
 
 
+MANY = preset(ManyScans, "HundredScans", duration_s=75.0, false_plots=100.0, clutter_radius_m=200_000.0)
 CLUTTER_ONLY = preset(RadarScans, "ClutterScans", false_plots=50.0)
 # What flies farther from the radar than this leaves the plane.
 FARTHEST_WAY_M = 4e6
@@ -163,6 +170,26 @@ def _way(p: CrossingScans | ParallelScans) -> float:
             remedy=f"Make the recording shorter: at most {FARTHEST_WAY_M / 1000:,.0f} km are flown.",
         )
     return way
+
+
+# Irrational steps spread places, courses and speeds evenly, for any number of aircraft.
+GOLDEN_ANGLE_DEG = 180.0 * (3.0 - 5.0**0.5)
+_COURSE_STEP, _SPEED_STEP = 2.0**0.5, 3.0**0.5
+SLOWEST_MPS, FASTEST_MPS = 120.0, 260.0
+
+
+def many_targets(p: ManyScans) -> tuple[Target, ...]:
+    """Flights that begin evenly spread over the disc; every third turns by 1.5 degrees a second for half the time."""
+    out = []
+    for i in range(p.aircraft):
+        bearing = np.radians(i * GOLDEN_ANGLE_DEG)
+        r_km = p.disc_radius_m / 1000 * np.sqrt((i + 0.5) / p.aircraft)
+        course = 360.0 * (i * _COURSE_STEP % 1.0)
+        speed = SLOWEST_MPS + (FASTEST_MPS - SLOWEST_MPS) * (i * _SPEED_STEP % 1.0)
+        side = 1.5 if i % 2 else -1.5
+        turn = ((0.25 * p.duration_s, 0.0, side), (0.75 * p.duration_s, 0.0, 0.0)) if i % 3 == 2 else ()
+        out.append(_flight(r_km * np.sin(bearing), r_km * np.cos(bearing), course, speed, *turn, end=p.duration_s))
+    return tuple(out)
 
 
 def crossing_targets(p: CrossingScans) -> tuple[Target, ...]:

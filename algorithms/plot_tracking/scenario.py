@@ -20,6 +20,7 @@ from algorithms.plot_tracking.presets import (
     CLUTTER_ONLY,
     EN_ROUTE,
     FORMATION,
+    MANY,
     OVERTAKING,
     SPEED_CHANGE,
     STEADY,
@@ -27,9 +28,16 @@ from algorithms.plot_tracking.presets import (
     TIGHT_TURN,
     WIDE_TURN,
     crossing_targets,
+    many_targets,
     parallel_targets,
 )
-from algorithms.plot_tracking.scenario_parameters import AircraftScans, CrossingScans, ParallelScans, RadarScans
+from algorithms.plot_tracking.scenario_parameters import (
+    AircraftScans,
+    CrossingScans,
+    ManyScans,
+    ParallelScans,
+    RadarScans,
+)
 from algorithms.recording import CLUTTER, PolarPlots
 from algorithms.site import Site
 from algorithms.spec import Leg, Reference, Scenario, trial_stream
@@ -72,6 +80,11 @@ def simulate_crossing(p: CrossingScans, trials: tuple[int, ...], seed: int) -> P
 def simulate_parallel(p: ParallelScans, trials: tuple[int, ...], seed: int) -> PolarPlots:
     """Two targets side by side."""
     return _plots(p, parallel_targets(p), trials, seed)
+
+
+def simulate_many(p: ManyScans, trials: tuple[int, ...], seed: int) -> PolarPlots:
+    """As many targets as are asked for."""
+    return _plots(p, many_targets(p), trials, seed)
 
 
 def simulate_clutter(p: RadarScans, trials: tuple[int, ...], seed: int) -> PolarPlots:
@@ -287,6 +300,14 @@ SCENARIOS = (
         "fitted to the last plots is worth.",
         STEADY,
         simulate_aircraft,
+    ),
+    _scenario(
+        "many_aircraft",
+        "Many aircraft",
+        "Aircraft all over a disc of 200 km, a third of them turning, and as many false plots: how trackers hold out, "
+        "and what they cost, as there are more.",
+        MANY,
+        simulate_many,
     ),
     _scenario(
         "clutter_only",

@@ -83,6 +83,15 @@ class CrossingScans(RadarScans):
     """Both are there at the same instant."""
 
 
+class ManyScans(RadarScans):
+    """Aircraft all over a disc around the radar."""
+
+    aircraft: int = parameter(100, title="Aircraft", group="targets", ge=1, le=500)
+    """Straight flights and turns, spread evenly; the same in every trial."""
+    disc_radius_m: float = parameter(200_000.0, title="Farthest start", unit="m", group="targets", ge=1e4, le=1e6)
+    """How far from the radar they begin at most."""
+
+
 class ParallelScans(RadarScans):
     """Two targets side by side on eastern courses."""
 

@@ -29,9 +29,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         return not_applicable(TITLE, "no_sweep" if timed else "no_times")
     values = np.concatenate([np.asarray(t["x"], float) for t in traces])
     log = is_logarithmic(values)
-    note = (
-        "Filtering and scoring of one trial, on one processor, as it was in this run; other work on the machine counts."
-    )
+    note = "Filtering and scoring on one processor, as it was in this run; other work of the machine counts."
     return figure(
         TITLE,
         traces,
