@@ -19,6 +19,10 @@ Floats = NDArray[np.float64]
 
 # Names of legs stand in rows under each other where they are wider than their legs on a chart of this width.
 USUAL_PX, LETTER_PX, ROW_PX, MOST_ROWS = 700, 6, 13, 3
+# Curves of more targets than these are a thicket: then their mean is drawn, and one that is chosen by itself.
+MOST_TARGETS = 12
+# Over targets these are root mean squares, as they are over trials.
+_SQUARED = ("rms_", "claimed_", "bound_")
 # The last of many swept values is drawn as faintly as this.
 FAINTEST = 0.4
 
@@ -37,6 +41,8 @@ class Series:
     variants: int = 1
     conditions: tuple[str, ...] = ()
     """Target and swept values of the scenario in words: what it shares with series of other labels."""
+    targets: int = 1
+    """Over how many targets it is a mean."""
 
     @property
     def look(self) -> dict[str, Any]:
@@ -60,15 +66,16 @@ class Series:
 
 
 def series_of(view: RunView) -> list[Series]:
-    """Series of a view in the order of labels, swept values and, where there are several, targets."""
+    """Series of a view in the order of labels, swept values and, where there are several and not too many, targets."""
     out: list[Series] = []
     for entry in view.entries:
         table = entry.table("curves")
         if not len(table):
             continue
         keys = swept_columns(table)
-        targets = {t for t in table.columns["target"] if t}
-        if len(targets) > 1:
+        names = _words(table.columns["target"])
+        targets = {name for name in names if name}
+        if 1 < len(targets) <= MOST_TARGETS:
             keys.append("target")
         groups = list(zip(*(_words(table.columns[name]) for name in keys), strict=True)) if keys else [()] * len(table)
         codes: dict[tuple[Any, ...], int] = {}
@@ -79,13 +86,42 @@ def series_of(view: RunView) -> list[Series]:
                 f", {name.rpartition('.')[2]} = {value}" for name, value in zip(keys, values, strict=True) if value
             )
             columns = {n: np.asarray(c)[rows] for n, c in table.columns.items() if isinstance(c, np.ndarray)}
+            over = len({names[i] for i in rows}) if len(targets) > MOST_TARGETS else 1
+            if over > 1:
+                columns = _over_targets(columns)
             shared = tuple(
                 f"{name} = {value}"
                 for name, value in zip(keys, values, strict=True)
                 if name == "target" or name.startswith("scenario.")
             )
-            out.append(Series(f"{entry.label}{words}", entry, columns, code, len(codes), shared))
+            out.append(Series(f"{entry.label}{words}", entry, columns, code, len(codes), shared, over))
     return out
+
+
+def _over_targets(columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Means over the targets that are there at an instant; of the mean no interval is known."""
+    time_s, place = np.unique(columns["time_s"], return_inverse=True)
+    out: dict[str, NDArray[Any]] = {}
+    for name, values in columns.items():
+        if name.endswith(("_low", "_high")):
+            out[name] = np.full(time_s.size, np.nan)
+            continue
+        power = 2 if name.startswith(_SQUARED) else 1
+        known = np.isfinite(values)
+        total = np.bincount(place[known], values[known] ** power, time_s.size)
+        count = np.bincount(place[known], minlength=time_s.size)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            out[name] = np.where(count > 0, (total / count) ** (1 / power), np.nan)
+    return out | {"time_s": time_s}
+
+
+def means_over_targets(found: Sequence[Series]) -> list[ChartNote]:
+    """Say that curves are means over targets, where they are."""
+    most = max((series.targets for series in found), default=1)
+    if most == 1:
+        return []
+    text = f"Mean over {counted(most, 'target')} at most; choose one to see it alone, with its intervals."
+    return [ChartNote("mean_over_targets", text)]
 
 
 def _words(column: Column) -> list[str]:

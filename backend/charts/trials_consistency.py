@@ -7,7 +7,7 @@ import numpy as np
 from backend.charts import theme
 from backend.charts.decimate import Picked
 from backend.charts.figure import ChartNote, Trace, counted, figure, log_axis, not_applicable, time_axis, trace
-from backend.charts.trial_curves import leg_shapes, line, series_of
+from backend.charts.trial_curves import leg_shapes, line, means_over_targets, series_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Honesty of the claims over trials (NEES, NIS)"
@@ -43,7 +43,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces,
         recording=view.recording,
         picked=picked,
-        notes=[ChartNote("honesty", text)],
+        notes=[ChartNote("honesty", text), *means_over_targets(found)],
         xaxis=time_axis(view.recording),
         yaxis=log_axis("NIS, NEES / dof", traces),
         **leg_shapes(view.legs),

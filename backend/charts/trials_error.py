@@ -7,7 +7,7 @@ import numpy as np
 from backend.charts import theme
 from backend.charts.decimate import Picked
 from backend.charts.figure import ChartNote, Trace, counted, figure, log_axis, not_applicable, time_axis, trace
-from backend.charts.trial_curves import Series, band, bands_left_out, leg_shapes, line, series_of
+from backend.charts.trial_curves import Series, band, bands_left_out, leg_shapes, line, means_over_targets, series_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Horizontal error over trials"
@@ -34,6 +34,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         _add_bound(series, traces)
     trials = counted(min(s.trials for s in found), "trial")
     notes = [ChartNote("trials", f"Root mean square over {trials}; bands are 95 % intervals; dotted is the claim.")]
+    notes += means_over_targets(found)
     for entry in view.entries:
         notes += bands_left_out(entry, found, "rms_horizontal_m_low", "rms_horizontal_m_high")
     return figure(

@@ -6,7 +6,7 @@ import numpy as np
 
 from backend.charts.decimate import Picked
 from backend.charts.figure import ChartNote, Trace, axis, counted, figure, not_applicable, time_axis
-from backend.charts.trial_curves import leg_shapes, line, series_of
+from backend.charts.trial_curves import leg_shapes, line, means_over_targets, series_of
 from backend.charts.view import Chart, ChartOptions, Figure, RunView
 
 TITLE = "Lost tracks over trials"
@@ -31,7 +31,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         traces,
         recording=view.recording,
         picked=picked,
-        notes=[ChartNote("lost_rule", text)],
+        notes=[ChartNote("lost_rule", text), *means_over_targets(found)],
         xaxis=time_axis(view.recording),
         yaxis=axis("Trials without an estimate, %", rangemode="tozero"),
         **leg_shapes(view.legs),

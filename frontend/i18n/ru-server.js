@@ -505,6 +505,7 @@ export const patterns = [
   [/^several positions still explain the marks together; predicted error (.+) km$/, "отметки вместе всё ещё объясняются несколькими положениями; ожидаемая ошибка $1 км"],
   [/^the marks together still leave an error above 20 % of the range; predicted error (.+) km$/, "и вместе отметки оставляют ошибку больше 20 % дальности; ожидаемая ошибка $1 км"],
   [/^Time from (.+), s$/, "Время от $1, с"],
+  [/^Mean over (.+) targets? at most; choose one to see it alone, with its intervals\.$/, "Среднее по целям: не более $1; одна выбранная показывается отдельно, со своими интервалами."],
   [/^NIS \((.+) dof\)$/, "NIS (ст. св.: $1)"],
   [/^complete \((\d+) receptions\)$/, "полные (приёмов: $1)"],
   [/^(\d+) or more receptions$/, "$1 и более приёмов"],

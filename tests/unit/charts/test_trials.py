@@ -82,6 +82,32 @@ def test_time_of_a_trial_stands_over_what_is_swept() -> None:
     assert drawn["layout"]["meta"]["not_applicable"] == "no_times"
 
 
+def test_many_targets_are_a_mean_and_few_are_themselves() -> None:
+    def drawn(count: int) -> dict[str, Any]:
+        names = [f"{i}" for i in range(count) for _ in range(2)]
+        columns: dict[str, Any] = {
+            "target": names,
+            "time_s": np.tile([0.0, 5.0], count),
+            "rms_horizontal_m": np.repeat(np.arange(1.0, count + 1), 2),
+            "nees": np.repeat(np.arange(1.0, count + 1), 2),
+            "trials": np.full(2 * count, 4.0),
+        }
+        columns |= {f"rms_horizontal_m_{e}": columns["rms_horizontal_m"] for e in ("low", "high")}
+        columns["rms_horizontal_m"][-1] = np.nan
+        table = Table(columns)
+        entry = Entry("tracker", 0, "tracker", lambda name: table if name == "curves" else Table({}), dict)
+        return trials_error.draw(RunView(view().recording, (entry,)), ChartOptions())
+
+    few, many = drawn(12), drawn(13)
+    assert len(lines(few)) == 12
+    (line,) = lines(many).values()
+    squares = np.arange(1.0, 14.0) ** 2
+    assert np.asarray(line["y"], float) == pytest.approx([np.sqrt(squares.mean()), np.sqrt(squares[:-1].mean())])
+    assert [t for t in few["data"] if t["meta"]["role"] == "interval"]
+    assert not [t for t in many["data"] if t["meta"]["role"] == "interval"]
+    assert [n["code"] for n in many["layout"]["meta"]["notes"]][-1] == "mean_over_targets"
+
+
 def swept_over(values: list[float]) -> dict[str, Any]:
     count = len(values)
     table = Table(
