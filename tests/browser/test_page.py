@@ -87,6 +87,7 @@ def test_a_run_is_started_by_keyboard_alone(visit: Callable[..., Visit]) -> None
     expect(page.locator("chart-panel .strip").first).to_contain_text("km")
 
 
+@pytest.mark.slow
 def test_the_address_holds_the_state_of_the_page(visit: Callable[..., Visit]) -> None:
     visited = visit()
     page = visited.open("#/runs")
@@ -131,6 +132,7 @@ def test_a_run_fits_the_first_screen(visit: Callable[..., Visit]) -> None:
     assert max(bottoms) <= 768
 
 
+@pytest.mark.slow
 def test_axe_finds_nothing(visit: Callable[..., Visit]) -> None:
     visited = visit()
     page = visited.open("#/runs")
@@ -224,6 +226,7 @@ def test_a_forwarded_port_changes_nothing(visit: Callable[..., Visit], server: S
         page.context.close()
 
 
+@pytest.mark.slow
 def test_a_lost_server_is_said_and_found_again(visit: Callable[..., Visit], server: Server) -> None:
     """The forwarded port goes away and comes back, as a server that is restarted does."""
     port = free_port()
