@@ -117,11 +117,6 @@ EIGENVALUE_FLOOR = 1e-9
 WINDOW_CAP = 25.0
 RIVAL_COST_GAP = 9.0
 RELINEARISATIONS = 3
-# A station whose reception was impossible is believed less for so many marks, and not at all from this doubt on: two
-# within four marks begin it, ten in a row last for half a minute of marks a second apart.
-DOUBT_GAIN = 4
-DOUBT_LIMIT = 8
-DOUBT_MOST = 40
 # How a mark enters the estimate; `raw` keeps the emission time as a state.
 UPDATES = ("ekf", "iekf", "ukf", "ckf", "raw")
 (EKF, IEKF, UKF, CKF, RAW) = range(5)

@@ -7,9 +7,6 @@ import numpy as np
 from algorithms.multilateration.begin import drop, emission_offset
 from algorithms.multilateration.lanes import (
     COAST,
-    DOUBT_GAIN,
-    DOUBT_LIMIT,
-    DOUBT_MOST,
     GAP_S,
     R_NONE,
     R_OLD,
@@ -17,6 +14,12 @@ from algorithms.multilateration.lanes import (
 )
 from algorithms.toolbox.kernels import LANES, inlined, kernel
 from algorithms.toolbox.sensors.time_of_arrival import SPEED_OF_LIGHT_MPS
+
+# A station whose reception was impossible is believed less for so many marks, and not at all from this doubt on: two
+# within four marks begin it, ten in a row last for half a minute of marks a second apart.
+DOUBT_GAIN = 4
+DOUBT_LIMIT = 8
+DOUBT_MOST = 40
 
 
 @inlined

@@ -34,7 +34,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
         swept = swept_columns(table)
         names += [name for name in swept if name not in names]
         if len(table) and swept:
-            traces += _lines(entry, table, swept)
+            traces += lines_over(entry, table, swept)
     if not traces:
         return not_applicable(TITLE, "no_sweep")
     values = np.concatenate([np.asarray(t["x"], float) for t in traces])
@@ -99,11 +99,14 @@ def _level(entry: Entry, table: Table, swept: Floats) -> list[Trace]:
     if len(table) != 1 or any(np.isfinite(_numbers(table, name)).any() for name in swept_columns(table)):
         return []
     ends = np.array([swept.min(), swept.max()])
-    return [_trace(entry, entry.label, ends, [np.repeat(_numbers(table, n), 2) for n in VALUES], mode="lines")]
+    return [_trace(entry, entry.label, ends, [np.repeat(_numbers(table, n), 2) for n in VALUES], "m", mode="lines")]
 
 
-def _lines(entry: Entry, table: Table, swept: list[str]) -> list[Trace]:
-    """One line for each combination of the other swept values."""
+def lines_over(entry: Entry, table: Table, swept: list[str], unit: str = "m") -> list[Trace]:
+    """Lines of `value` (bars from `ci95_low` to `ci95_high`) over the first swept number that the entry has.
+
+    There is one line for each combination of the other swept values.
+    """
     own = [n for n in swept if np.isfinite(_numbers(table, n)).any()]
     if not own:
         return []
@@ -120,11 +123,11 @@ def _lines(entry: Entry, table: Table, swept: list[str]) -> list[Trace]:
         look = line_of_variant(entry, k, len(different))
         marker = marker_of(entry, 6) | {"color": look["color"]}
         found = [_numbers(table, n)[rows] for n in VALUES]
-        out.append(_trace(entry, f"{entry.label}{words}", x[rows], found, line=look, marker=marker))
+        out.append(_trace(entry, f"{entry.label}{words}", x[rows], found, unit, line=look, marker=marker))
     return out
 
 
-def _trace(entry: Entry, name: str, x: Floats, found: list[Floats], **look: Any) -> Trace:
+def _trace(entry: Entry, name: str, x: Floats, found: list[Floats], unit: str, **look: Any) -> Trace:
     value, low, high = found
     bars: dict[str, Any] = {
         "type": "data",
@@ -133,9 +136,10 @@ def _trace(entry: Entry, name: str, x: Floats, found: list[Floats], **look: Any)
         "arrayminus": np.nan_to_num(value - low),
         "width": 4,
     }
+    more = {"error_y": bars} if np.isfinite(high - low).any() else {}
     line = {"mode": "lines+markers", "line": line_of_variant(entry, 0, 1)} | look
-    hover = f"<b>{name}</b><br>%{{x:g}}: %{{y:,.4~r}} m<extra></extra>"
-    return trace("series", x, value, entry=entry, name=name, error_y=bars, hovertemplate=hover, **line)
+    hover = f"<b>{name}</b><br>%{{x:g}}: %{{y:,.4~r}} {unit}<extra></extra>"
+    return trace("series", x, value, entry=entry, name=name, hovertemplate=hover, **more, **line)
 
 
 CHART = Chart(name="trials_sweep", title=TITLE, source="run", needs=("metrics",), draw=draw, least_sweeps=1)

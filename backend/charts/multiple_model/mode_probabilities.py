@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from backend.charts import theme
 from backend.charts.columns import Floats
-from backend.charts.figure import ChartNote, Trace, figure, not_applicable, time_axis, trace
-from backend.charts.multiple_model.panels import MOST, panels
+from backend.charts.figure import ChartNote, Trace, figure, not_applicable, time_axis
+from backend.charts.multiple_model.panels import MOST, POINTS, area, panels
 from backend.charts.view import Chart, ChartOptions, Entry, Figure, RunView
 
 TITLE = "Probabilities of the models"
-# Stacked areas of a long recording: of every so many points the first one.
-POINTS = 2000
-OPACITY = 0.55
 
 
 def draw(view: RunView, options: ChartOptions) -> Figure:
@@ -24,7 +20,7 @@ def draw(view: RunView, options: ChartOptions) -> Figure:
     shown = found if options.full else found[:MOST]
     traces: list[Trace] = []
     for i, entry in enumerate(shown):
-        traces += _areas(entry, "" if i == 0 else str(i + 1), i)
+        traces += _areas(entry, i)
     layout = panels([entry.label for entry in shown], [_models(entry) for entry in shown], "Probability", legs=False)
     notes = [ChartNote("stacked", "Stacked from the first model of the list; the sum is one.")]
     if len(shown) < len(found):
@@ -45,7 +41,7 @@ def _models(entry: Entry) -> list[str]:
     return list(dict.fromkeys(np.array(entry.table("mode_probabilities").columns["model"], object).tolist()))
 
 
-def _areas(entry: Entry, suffix: str, panel: int) -> list[Trace]:
+def _areas(entry: Entry, panel: int) -> list[Trace]:
     table = entry.table("mode_probabilities")
     models = np.array(table.columns["model"], object)
     names = list(dict.fromkeys(models.tolist()))
@@ -58,22 +54,7 @@ def _areas(entry: Entry, suffix: str, panel: int) -> list[Trace]:
     for m, name in enumerate(names):
         rows = np.flatnonzero(models == name)
         shares = _over_tracks(at, time[rows], probability[rows], track[rows])
-        color = theme.series_color(m)
-        out.append(
-            trace(
-                "series",
-                at,
-                shares.astype(np.float32),
-                entry=entry,
-                name=f"{entry.label}, {name}",
-                mode="lines",
-                line={"width": 0.5, "color": color},
-                fillcolor=theme.faint(color, OPACITY),
-                stackgroup=f"models{panel}",
-                yaxis=f"y{suffix}",
-                hovertemplate=f"<b>{name}</b><br>%{{y:.3f}}<br>%{{x:.5~g}} s<extra>{entry.label}</extra>",
-            )
-        )
+        out.append(area(entry, entry.label, panel, m, name, at, shares.astype(np.float32)))
     return out
 
 

@@ -6,10 +6,15 @@ from collections.abc import Sequence
 from typing import Any
 
 from backend.charts import theme
-from backend.charts.figure import axis
+from backend.charts.columns import Floats
+from backend.charts.figure import Trace, axis, trace
+from backend.charts.view import Entry
 
 MOST = 4
 """More could not be read."""
+POINTS = 2000
+"""Of a long recording every so many points the first one is drawn."""
+OPACITY = 0.55
 # Shares of the height: the names above a panel, and those of legs above all.
 NAME, LEGS = 0.09, 0.1
 
@@ -32,3 +37,21 @@ def panels(names: Sequence[str], models: Sequence[Sequence[str]], quantity: str,
              "yref": "paper", "yanchor": "bottom", "showarrow": False, "font": {"size": 11}}
         )  # fmt: skip
     return out
+
+
+def area(entry: Entry, name: str, panel: int, model: int, words: str, time_s: Floats, shares: Floats) -> Trace:
+    """Area of one model in a panel (from 0), stacked on those of the models before it; `name` is whose it is."""
+    color = theme.series_color(model)
+    return trace(
+        "series",
+        time_s,
+        shares,
+        entry=entry,
+        name=f"{name}, {words}",
+        mode="lines",
+        line={"width": 0.5, "color": color},
+        fillcolor=theme.faint(color, OPACITY),
+        stackgroup=f"models{panel}",
+        yaxis=f"y{'' if panel == 0 else panel + 1}",
+        hovertemplate=f"<b>{words}</b><br>%{{y:.3f}}<br>%{{x:.5~g}} s<extra>{name}</extra>",
+    )
