@@ -56,6 +56,7 @@ export const words = {
   "A faster aircraft overtakes another on a parallel course 300 m away.": "Более быстрый самолёт обгоняет другой на параллельном курсе в 300 м.",
   "Formation in a turn": "Группа в развороте",
   "Four aircraft in a formation of 1.5 km turn by 90 degrees at the same time.": "Четыре самолёта группой в 1,5 км одновременно разворачиваются на 90 градусов.",
+  "Algorithm": "Алгоритм",
   "Many aircraft": "Много самолётов",
   "Aircraft all over a disc of 200 km, a third of them turning, and as many false plots: how trackers hold out, and what they cost, as there are more.": "Самолёты по всему кругу в 200 км, треть из них в развороте, и столько же ложных отметок: как держатся алгоритмы и чего стоят, когда целей больше.",
   "Aircraft": "Самолётов",

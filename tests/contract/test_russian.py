@@ -116,8 +116,8 @@ def test_notes_of_charts_over_trials(russian: dict[str, str], patterns: list[re.
 
 
 def test_axes_of_charts(russian: dict[str, str], patterns: list[re.Pattern[str]], repository: Path) -> None:
-    source = "".join(path.read_text("utf-8") for path in (repository / "backend" / "charts").glob("*.py"))
-    titles = re.findall(r'axis\(\s*f?"([^"{]+)"', source)
+    source = "".join(path.read_text("utf-8") for path in (repository / "backend" / "charts").rglob("*.py"))
+    titles = re.findall(r'(?:axis\(\s*f?|\["title"\]\["text"\] = )"([^"{]+)"', source)
     assert len(titles) >= 4
     missing = [t for t in titles if t not in russian and not any(p.search(t) for p in patterns)]
     assert missing == []
