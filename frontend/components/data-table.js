@@ -4,6 +4,7 @@
 import { define, h, put } from "../js/dom.js";
 import { t } from "../js/i18n.js";
 import { formatCount } from "../js/numbers.js";
+import { go } from "../js/router.js";
 
 /** @import { Child } from "../js/dom.js" */
 
@@ -128,7 +129,7 @@ export class DataTable extends HTMLElement {
       line.dataset.opens = href;
       line.addEventListener("click", (event) => {
         if (/** @type {Element} */ (event.target).closest("a, button, input") || String(getSelection())) return;
-        location.hash = href;
+        go(href);
       });
     } else if (this.onpick) {
       line.tabIndex = 0;

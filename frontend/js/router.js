@@ -37,10 +37,14 @@ export function routeTo(path, query = {}) {
   return `#/${path.map(encodeURIComponent).join("/")}${text ? `?${text}` : ""}`;
 }
 
-/** @param {string} hash */
+/**
+ * The browser itself would tell of a new address only later, and a key pressed meanwhile would act on a page that is
+ * about something else than the address says.
+ * @param {string} hash
+ */
 export function go(hash) {
-  if (location.hash === hash) window.dispatchEvent(new HashChangeEvent("hashchange"));
-  else location.hash = hash;
+  if (location.hash !== hash) history.pushState(null, "", hash);
+  window.dispatchEvent(new HashChangeEvent("hashchange"));
 }
 
 /**
