@@ -149,6 +149,8 @@ export interface RunEstimate {
   memory_bytes: number | null;
   queue_position: number;
   basis: { label: string; seconds: number | null; measured: number }[];
+  /** Why it cannot start; then nothing else is told. */
+  errors: FieldError[];
 }
 
 export interface ParameterSchema {

@@ -21,7 +21,7 @@ from algorithms.multiple_model.charts import MODELS_CHARTS
 from algorithms.multiple_model.measurements import Plots
 from algorithms.multiple_model.measures import measure
 from algorithms.multiple_model.outputs import OUTPUTS
-from algorithms.multiple_model.parameters import MergingParameters, ModelChoice, Region
+from algorithms.multiple_model.parameters import MergingParameters, ModelChoice, Region, check_polygons
 from algorithms.multiple_model.tables import tabulate
 from algorithms.multiple_model.tracker import ModelSet, bank_of, check_intervals
 from algorithms.recording import Recording
@@ -90,7 +90,8 @@ class MultipleModelParameters(MergingParameters):
 
     @model_validator(mode="after")
     def _chains(self) -> Self:
-        """A matrix that is none is refused before a run, with its row."""
+        """A polygon or a matrix that is none is refused before a run, with its region or its row."""
+        check_polygons(self.regions)
         bank_of(models_of(self), self)
         return self
 

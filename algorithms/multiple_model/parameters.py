@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from algorithms.errors import ParameterError
+from algorithms.multiple_model.polygon import fault_of
 from algorithms.spec import Parameters, parameter
 
 SIGMA_RANGE_M = 2.5
@@ -254,6 +256,23 @@ class ModelChoice(Parameters):
     """Of the step form at the base interval of the transition matrix; converted for the rate form."""
 
 
+def check_polygons(regions: Sequence[Region]) -> None:
+    """Refuse a region whose polygon is none, with its number and name."""
+    for i, region in enumerate(regions):
+        fault = fault_of(region.corners) if region.corners else ""
+        if fault:
+            name = f" {region.name!r}" if region.name else ""
+            raise ParameterError(
+                f"Region {i + 1}{name}: {fault}.",
+                pointer=f"/regions/{i}/corners",
+                remedy=(
+                    "Give the corners in order around the region, make two regions of it, "
+                    "or leave the corners out for everywhere."
+                ),
+                code="region_polygon",
+            )
+
+
 class Region(Parameters):
     """Where another transition matrix holds."""
 
@@ -274,6 +293,4 @@ class Region(Parameters):
     def _sound(self) -> Self:
         if self.highest_up_m <= self.lowest_up_m:
             raise ValueError("a region's highest_up_m must lie above its lowest_up_m")
-        if 0 < len(self.corners) < 3:
-            raise ValueError("a region's polygon needs three corners, or none for everywhere")
         return self

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
+from typing import Annotated
+
+from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict
 
 from backend.api.responses import problems
@@ -12,6 +14,7 @@ from backend.api.run_schemas import RunIn
 from backend.api.services import Services, ServicesDep
 from backend.db import runs
 from backend.db.throughput import throughput
+from backend.http.problems import ProblemError, ProblemItem
 
 router = APIRouter(prefix="/runs", tags=["runs"])
 
@@ -40,12 +43,28 @@ class RunEstimateOut(BaseModel):
     queue_position: int
     """How many runs are queued or running before it."""
     basis: list[EntryEstimateOut]
+    errors: list[ProblemItem] = []
+    """Why it cannot start, where that was asked for with `check`; then nothing else is told."""
 
 
 @router.post("/estimate", name="estimate_run", responses=problems(409, 413, 415))
-def estimate_run(body: RunIn, services: ServicesDep) -> RunEstimateOut:
-    """Estimate a run from the rows per second of earlier ones; the body is that of a start, and nothing starts."""
-    run = checked(services, body)
+def estimate_run(
+    body: RunIn,
+    services: ServicesDep,
+    check: Annotated[
+        bool, Query(description="Answer 200 with `errors` where a start would be refused with 422.")
+    ] = False,
+) -> RunEstimateOut:
+    """Estimate a run from the rows per second of earlier ones; the body is that of a start, and nothing starts.
+
+    A form asks with `check` while somebody types: what is wrong is then an answer like another, not a failure.
+    """
+    try:
+        run = checked(services, body)
+    except ProblemError as problem:
+        if not check or not problem.errors:
+            raise
+        return RunEstimateOut(seconds=None, memory_bytes=None, queue_position=0, basis=[], errors=problem.errors)
     simulated = run.scenario is not None
     with services.database.read() as connection:
         measured = {e.name: throughput(connection, e.name, simulated=simulated) for e in run.entries}

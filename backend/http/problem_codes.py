@@ -95,6 +95,10 @@ PROBLEMS: dict[str, Kind] = {
     "merging_structure": Kind(
         "The merging rule does not fit the structure", "GPB1 has one common state, so no hypothesis is the main one."
     ),
+    "region_polygon": Kind(
+        "The polygon of a region is none",
+        "It needs three distinct corners that are not on one line, and edges that neither cross nor touch.",
+    ),
     "transition_size": Kind("The transition matrix has another size", "It has one row and one column for each model."),
     "transition_entry": Kind("A transition probability is none", "Probabilities lie between 0 and 1."),
     "transition_sum": Kind("A row of the transition matrix does not sum to one", "A row says where its model may go."),

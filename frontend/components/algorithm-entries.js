@@ -92,6 +92,15 @@ export class AlgorithmEntries extends HTMLElement {
   }
 
   /**
+   * Mark fields while somebody types: nothing is drawn anew and the focus stays. What belongs to no field is returned.
+   * @param {Map<number, Map<string, string>>} errors by entry and field
+   */
+  tellErrors(errors) {
+    this.entries.forEach((entry, i) => entry.form.tellErrors(new Map(errors.get(i) ?? [])));
+    return [...errors.values()].flatMap((own) => ["", "label", "name"].flatMap((place) => own.get(place) ?? []));
+  }
+
+  /**
    * @param {Algorithm} algorithm
    * @param {string} label
    * @param {Record<string, unknown>} parameters

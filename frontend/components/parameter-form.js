@@ -70,13 +70,17 @@ export class ParameterForm extends HTMLElement {
 
   /** Show what the server said about fields; focus the first. @param {Map<string, string>} errors */
   setErrors(errors) {
+    this.tellErrors(errors)?.input.focus();
+  }
+
+  /** Show what the server said about fields; returns the view of the first. @param {Map<string, string>} errors */
+  tellErrors(errors) {
     this.told = errors;
     for (const view of this.views.values()) view.refresh();
     const first = (this.fields ?? []).find((field) => errors.has(field.name));
-    if (!first) return;
-    const view = this.views.get(first.name);
+    const view = first && this.views.get(first.name);
     view?.root.closest("details")?.setAttribute("open", "");
-    view?.input.focus();
+    return view;
   }
 
   draw() {

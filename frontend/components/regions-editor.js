@@ -269,6 +269,11 @@ export class RegionsEditor extends HTMLElement {
       this.mark(fault.region, `input[data-field="${fault.field}"]`);
       return `${region}: ${t("regions.no_height")}`;
     }
+    if (fault.edges) {
+      const [one = [], other = []] = fault.edges.map((edge) => edge.map((corner) => corner + 1));
+      for (const corner of new Set(fault.edges.flat())) this.mark(fault.region, `input[data-corner="${corner}"]`);
+      return `${region}: ${t("regions.wrong_crossing", { a: one[0], b: one[1], c: other[0], d: other[1] })}`;
+    }
     return `${region}: ${t(`regions.wrong_${fault.place}`, { row: this.names[fault.at ?? 0] ?? "" })}`;
   }
 

@@ -131,6 +131,7 @@ export const codes = {
   "warning.word_for_empty": "Слова вместо пустых ячеек",
   "problem.antenna_direction": "Неизвестно, куда смотрит антенна",
   "problem.merging_structure": "Правило объединения не подходит структуре",
+  "problem.region_polygon": "Многоугольник области не годится",
   "problem.transition_size": "Размер матрицы переходов",
   "problem.transition_entry": "Вероятность вне отрезка от 0 до 1",
   "problem.transition_sum": "Сумма строки матрицы переходов не 1",

@@ -2,6 +2,7 @@
 // Regions of a form: polygons and height bands with a matrix each. What is wrong with them, and the paths behind them.
 
 import { wrongRows } from "./matrix.js";
+import { polygonFault } from "./polygon.js";
 
 /** @import { Figure } from "../types.d.ts" */
 /** @import { Matrix } from "./matrix.js" */
@@ -10,7 +11,7 @@ import { wrongRows } from "./matrix.js";
 /** @typedef {{corners?: Corner[], [name: string]: unknown}} Region */
 /** A path or a crowd of points, metres. @typedef {{line: boolean, east: number[], north: number[]}} Path */
 /** What the server calls the fields of a height band, matrices with their sums of rows, and of which size they are. @typedef {{bands: [string, string][], matrices: {name: string, sum: number | null}[], size: number | null}} Rules */
-/** @typedef {{region: number, place: "corner" | "corners" | "matrix" | "matrix_rows" | "field", at?: number, field?: string}} Fault */
+/** @typedef {{region: number, place: "corner" | "few" | "flat" | "crossing" | "matrix" | "matrix_rows" | "field", at?: number, field?: string, edges?: [number, number][]}} Fault */
 
 /** @type {Record<string, (view: DataView, at: number) => number>} */
 const READERS = {
@@ -89,7 +90,8 @@ export function faultOf(regions, { bands, matrices, size }) {
     const corners = one.corners ?? [];
     const empty = corners.findIndex((corner) => corner.includes(null));
     if (empty >= 0) return { region, place: "corner", at: empty };
-    if (corners.length && corners.length < 3) return { region, place: "corners" };
+    const fault = corners.length ? polygonFault(/** @type {[number, number][]} */ (corners)) : null;
+    if (fault) return { region, ...fault };
     const unread = Object.keys(one).find((name) => one[name] === null);
     if (unread) return { region, place: "field", field: unread };
     for (const [low, high] of bands) {

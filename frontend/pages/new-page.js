@@ -3,7 +3,7 @@
 
 import { define, h, put, uniqueId } from "../js/dom.js";
 import { Problem, get, listAll, post } from "../js/api.js";
-import { t } from "../js/i18n.js";
+import { said, t } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
 import { formatBytes, formatDuration } from "../js/numbers.js";
 import { go, rememberQuery, routeTo } from "../js/router.js";
@@ -256,16 +256,21 @@ class NewPage extends HTMLElement {
     else this.asking = setTimeout(() => this.ask(), 300);
   }
 
-  /** What the run would take; an answer to an earlier choice is not shown, and what is wrong is said at the start. */
+  /** What the run would take, or what is wrong with it; an answer to an earlier choice is not shown. */
   async ask() {
-    const body = { algorithms: this.entries?.read().entries ?? [], ...this.sourceOf() };
-    const asked = (this.asked = JSON.stringify(body));
+    const choice = () => ({ algorithms: this.entries?.read().entries ?? [], ...this.sourceOf() });
+    const body = choice();
     /** @type {RunEstimate | null} */
-    const found = await post("runs/estimate", body).catch((error) => {
+    const found = await post("runs/estimate?check=true", body).catch((error) => {
       if (error instanceof Problem) return null;
       throw error;
     });
-    if (this.asked === asked && this.start?.disabled === false) put(/** @type {HTMLElement} */ (this.estimate), found ? estimateWords(found) : "");
+    if (this.start?.disabled !== false || JSON.stringify(choice()) !== JSON.stringify(body)) return;
+    const { entries, rest } = placeErrors(found?.errors ?? []);
+    const unplaced = this.entries?.tellErrors(entries) ?? [];
+    const says = [...rest.map((error) => said(error.detail)), ...unplaced, ...(entries.size && !unplaced.length ? [t("compose.errors_above")] : [])];
+    const words = says.length ? h("span", { class: "bad" }, says.join(" ")) : found ? estimateWords(found) : "";
+    put(/** @type {HTMLElement} */ (this.estimate), words);
   }
 
   /** Where the measurements come from, as it is sent. */

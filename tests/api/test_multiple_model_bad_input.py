@@ -65,7 +65,13 @@ def test_a_matrix_without_a_root_is_refused_before_a_run(api: httpx2.Client) -> 
 @pytest.mark.parametrize(
     ("region", "where", "words"),
     [
-        ({"corners": [[0, 0], [1, 1]]}, "", "three corners"),
+        ({"corners": [[0, 0], [1, 1]]}, "/corners", "2 distinct corners and needs three"),
+        ({"corners": [[0, 0], [1, 1], [2, 2]]}, "/corners", "area is zero"),
+        (
+            {"name": "bow", "corners": [[0, 0], [9, 9], [9, 0], [0, 9]]},
+            "/corners",
+            "Region 2 'bow': the edge from corner 1 to 2",
+        ),
         ({"corners": [[0, 0], [1, 1], [1e9, 2]]}, "/corners/2/0", "10000000"),
         ({"lowest_up_m": 5, "highest_up_m": 1}, "", "above its lowest"),
         ({"transition": [[0.9, 0.1], [0.1, 0.8]]}, "/transition/1", "Row 2"),

@@ -39,3 +39,17 @@ def test_it_starts_nothing_and_refuses_what_a_start_would(api: httpx2.Client, re
         api.post(URL, json={"recording_id": recording["id"], "algorithms": [{"name": "nobody"}]}),
         422, "algorithm_not_found", "/algorithms/0/name",
     )  # fmt: skip
+
+
+def test_a_form_gets_what_is_wrong_as_an_answer(api: httpx2.Client, recording: dict[str, Any]) -> None:
+    """A body that is none stays an error."""
+    body = {"recording_id": recording["id"], "algorithms": [{"name": "rdf", "parameters": {"nothing": 1}}]}
+    checked = {"check": "true"}
+    refused = problem(api.post(URL, json=body), 422, "validation", "/algorithms/0/parameters/nothing")
+    told = api.post(URL, json=body, params=checked).raise_for_status().json()
+    assert told["errors"] == refused["errors"]
+    assert (told["seconds"], told["memory_bytes"], told["basis"]) == (None, None, [])
+    sound = api.post(URL, json=body | {"algorithms": [{"name": "rdf"}]}, params=checked).raise_for_status().json()
+    assert sound["errors"] == []
+    assert sound["basis"]
+    problem(api.post(URL, json=body | {"algorithms": 1}, params=checked), 422, "validation", "/algorithms")

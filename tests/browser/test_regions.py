@@ -50,7 +50,7 @@ def test_a_region_by_keyboard_and_its_faults(visit: Callable[..., Visit]) -> Non
         page.keyboard.press("Tab")
         page.keyboard.type(north)
         if corner < 3:
-            expect(editor).to_contain_text("Region 1: a polygon needs three corners")
+            expect(editor).to_contain_text("Region 1: a polygon needs three distinct corners")
     expect(editor).to_contain_text("Region 1, corner 3: Not a number")
     wrong = region.get_by_label("Region 1, corner 3: North, m")
     expect(wrong).to_have_attribute("aria-invalid", "true")
@@ -70,6 +70,25 @@ def test_a_region_by_keyboard_and_its_faults(visit: Callable[..., Visit]) -> Non
     )
     start.click()
     expect(page.locator(".run-head .state")).to_contain_text("succeeded")
+    visited.assert_clean()
+
+
+def test_edges_that_cross_are_named_while_the_polygon_is_typed(visit: Callable[..., Visit]) -> None:
+    visited = visit()
+    bow = {"corners": [[-20000, 0], [10000, 90000], [10000, 0], [-20000, 90000]], "transition": CALM}
+    page = opened(visited, {"transition": CALM}, bow)
+    editor = page.locator("regions-editor")
+    expect(editor).to_contain_text("Region 2: the edges 1–2 and 3–4 cross or touch")
+    expect(editor.locator("[aria-invalid=true]")).to_have_count(8)
+    start = page.get_by_role("button", name="Start")
+    expect(start).to_be_disabled()
+    editor.get_by_label("Region 2, corner 2: North, m").fill("0")
+    expect(editor.locator("[aria-invalid=true]")).to_have_count(0)
+    editor.get_by_label("Region 2, corner 3: North, m").fill("90000")
+    expect(start).to_be_enabled()
+    editor.get_by_label("Region 2, corner 4: North, m").fill("-90000")
+    expect(editor).to_contain_text("Region 2: the edges 1–2 and 3–4 cross or touch")
+    expect(start).to_be_disabled()
     visited.assert_clean()
 
 
@@ -101,7 +120,7 @@ def test_a_polygon_is_drawn_and_moved_by_the_pointer(visit: Callable[..., Visit]
     assert after[0][1] < before[0][1]
     expect(page.get_by_label("Region 1, corner 1: East, m")).to_have_value(str(after[0][0]))
     page.get_by_role("button", name="Remove: Region 1, corner 2").click()
-    expect(page.locator("regions-editor")).to_contain_text("a polygon needs three corners")
+    expect(page.locator("regions-editor")).to_contain_text("a polygon needs three distinct corners")
     page.get_by_role("button", name="Remove: Region 1", exact=True).click()
     assert held(page) == []
     visited.assert_clean()

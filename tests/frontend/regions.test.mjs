@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
+import { polygonFault } from "../../frontend/js/polygon.js";
 import { faultOf, numbersOf, pathsOf, placeIn, placeOf, viewOf } from "../../frontend/js/regions.js";
 import { fieldsOf, placeErrors, readField, rulesOf } from "../../frontend/js/schema.js";
 
@@ -31,12 +32,26 @@ test("the first fault is named with its region and its place", () => {
   assert.equal(faultOf([good, { transition: CALM }], RULES), null);
   const found = (/** @type {any} */ wrong) => faultOf([good, { ...good, ...wrong }], RULES);
   assert.deepEqual(found({ corners: [[0, 0], [1, 0], [null, 3]] }), { region: 1, place: "corner", at: 2 });
-  assert.deepEqual(found({ corners: [[0, 0], [1, 0]] }), { region: 1, place: "corners" });
+  assert.deepEqual(found({ corners: [[0, 0], [1, 0]] }), { region: 1, place: "few" });
+  assert.deepEqual(found({ corners: [[0, 0], [9, 9], [9, 0], [0, 9]] }), { region: 1, place: "crossing", edges: [[0, 1], [2, 3]] });
   assert.deepEqual(found({ highest_up_m: 0 }), { region: 1, place: "field", field: "highest_up_m" });
   assert.deepEqual(found({ lowest_up_m: null }), { region: 1, place: "field", field: "lowest_up_m" });
   assert.deepEqual(found({ transition: [[1]] }), { region: 1, place: "matrix" });
   assert.deepEqual(found({ transition: [[0.9, 0.1], [0.2, null]] }), { region: 1, place: "matrix" });
   assert.deepEqual(found({ transition: [[0.9, 0.1], [0.2, 0.7]] }), { region: 1, place: "matrix_rows", at: 1 });
+});
+
+test("a polygon is judged as the server judges it", () => {
+  assert.equal(polygonFault(SQUARE), null);
+  assert.equal(polygonFault([...SQUARE, SQUARE[0]]), null);
+  assert.equal(polygonFault([[0, 0], [9, 0], [9, 9], [6, 1], [5, 9], [3, 1], [0, 9]]), null);
+  assert.deepEqual(polygonFault([[1, 2], [3, 4], [1, 2]]), { place: "few" });
+  assert.deepEqual(polygonFault([[1, 2]]), { place: "few" });
+  assert.deepEqual(polygonFault([[0.1, 0.3], [0.2, 0.6], [0.3, 0.9]]), { place: "flat" });
+  const edges = (/** @type {any} */ corners) => polygonFault(corners)?.edges;
+  assert.deepEqual(edges([[0, 0], [4, 5], [9, -5], [9, 5]]), [[1, 2], [3, 0]]);
+  assert.deepEqual(edges([[0, 0], [8, 0], [8, 4], [4, 0], [0, 4]]), [[0, 1], [2, 3]]);
+  assert.deepEqual(edges([[0, 0], [9, 0], [4, 0], [4, 5]]), [[0, 1], [1, 2]]);
 });
 
 test("a new corner goes into the edge that it lengthens least", () => {
