@@ -162,7 +162,7 @@ Offer = tuple[Ints, Ints, Floats, Floats]
 def _offer_follow(tracks: TrackTable, which: Ints, scan: Scan, free: Ints, rules: Rules) -> Offer:
     """Pairs inside the outer tracking ellipse; cost: -L, or D^2 + ln det S with the exact gate."""
     ahead = scan.time_s - tracks.last_s[which]
-    rho, _ = _polar(tracks.p[:, which], ahead)
+    rho, theta = _polar(tracks.p[:, which], ahead)
     q, m = _gate_factor(tracks, which, scan.time_s, rules)
     outer = float(gates.radius_of(np.array(rules.confidences[2])))
     reach = outer * m * rules.sigma_r
@@ -175,6 +175,10 @@ def _offer_follow(tracks: TrackTable, which: Ints, scan: Scan, free: Ints, rules
     reach = reach + sweep * np.abs(tracks.p[3, which])
     i, j = pairs_within(tracks.lane[which], rho - reach, rho + reach, scan.lane[free], scan.rho[free])
     plot = free[j]
+    if spread is None and sweep == 0.0:
+        # Most of what lies at the range of a track is on another bearing, and needs no prediction of its own.
+        near = np.abs(wrapped(scan.theta[plot] - theta[i])) <= (outer * m * rules.sigma_theta(rho))[i] * (1.0 + 1e-9)
+        i, plot = i[near], plot[near]
     at = scan.t[plot] - tracks.last_s[which[i]]
     pair = _polar(tracks.p[:, which[i]], at)
     across = rules.sigma_theta(pair[0])

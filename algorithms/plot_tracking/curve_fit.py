@@ -16,7 +16,7 @@ import numpy as np
 
 from algorithms.plot_tracking.curve_descent import descend
 from algorithms.plot_tracking.line_fit import fit_line
-from algorithms.plot_tracking.window import Bools, Fit, Ints, Window, solved, sum_of_squares
+from algorithms.plot_tracking.window import Bools, Fit, Ints, Window, moments, solved, sum_of_squares
 from algorithms.toolbox.motion.curvature import Floats, from_three_positions
 
 # With so many plots and a cost within so many of its standard deviations the minimum is the lowest.
@@ -81,8 +81,9 @@ def fit(window: Window, limits: Limits, *, penalised: bool = False) -> tuple[Fit
     fit : of each window
     how : (W,) `LINE`, `FREE` (asked for), `HELD` (asked for, or in place of an absurd free fit), `LINE_INSTEAD`
     """
-    out = fit_line(window)
-    how = np.full(window.plots.size, LINE)
+    count = window.plots.size
+    out = Fit(np.empty((6, count)), np.empty((6, 6, count)), np.empty(count), np.empty(count, bool))
+    how = np.full(count, LINE)
     left = np.flatnonzero(window.plots >= CURVE_PLOTS)
     for kind in (HELD,) if penalised else (FREE, HELD):
         if not left.size:
@@ -94,6 +95,9 @@ def fit(window: Window, limits: Limits, *, penalised: bool = False) -> tuple[Fit
         how[left[sound]] = kind
         left = left[~sound]
     how[left] = LINE_INSTEAD
+    straight = np.flatnonzero((how == LINE) | (how == LINE_INSTEAD))
+    if straight.size:
+        out.put(straight, fit_line(window.take(straight)))
     return out, how
 
 
@@ -117,16 +121,12 @@ def quadratic_start(window: Window) -> Floats:
     """Position, velocity and acceleration of weighted quadratics in X and Y, as parameters (6, W)."""
     x, y = window.cartesian
     weight = window.known / (window.sigma_r**2 + (window.rho * window.sigma_th) ** 2)
-    count = window.rho.shape[1]
-    n = np.zeros((3, 3, count))
-    gx, gy = np.zeros((3, count)), np.zeros((3, count))
-    for k in range(window.rho.shape[0]):
-        to = np.stack([np.ones(count), window.t[k], 0.5 * window.t[k] ** 2])
-        n += weight[k] * to[:, None] * to[None]
-        gx += weight[k] * to * x[k]
-        gy += weight[k] * to * y[k]
-    x0, vx, ax = solved(n, gx)
-    y0, vy, ay = solved(n, gy)
+    one, once, twice, thrice, fourth = moments(weight, window.t, 4)
+    n = np.stack([one, once, 0.5 * twice, once, twice, 0.5 * thrice, 0.5 * twice, 0.5 * thrice, 0.25 * fourth])
+    n = n.reshape(3, 3, -1)
+    g = np.stack([moments(weight * place, window.t, 2) for place in (x, y)], axis=1)
+    g[2] *= 0.5
+    (x0, y0), (vx, vy), (ax, ay) = solved(n, g)
     speed = np.maximum(np.hypot(vx, vy), LEAST_SPEED_MPS)
     return np.stack([x0, y0, np.arctan2(vy, vx), speed, (vx * ax + vy * ay) / speed, (vx * ay - vy * ax) / speed**3])
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from algorithms.toolbox.association.exact import exact_probabilities
-from algorithms.toolbox.association.sparse import components, most_pairs_at_least_cost
+from algorithms.toolbox.association.sparse import clusters, most_pairs_at_least_cost
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -42,24 +42,27 @@ def joint_probabilities(track: Ints, plot: Ints, score: Floats, cost: Floats, la
     cost : (K,) what the assignment makes small where a cluster is too large
     """
     beta = np.zeros(track.size)
-    too_large = 0
-    simple: list[Ints] = []
-    for pairs in components(track, plot):
-        if pairs.size == 1:
-            simple.append(pairs)
-            continue
-        rows, r = np.unique(track[pairs], return_inverse=True)
-        columns, c = np.unique(plot[pairs], return_inverse=True)
-        if min(rows.size, columns.size) > largest:
-            too_large += 1
-            chosen = most_pairs_at_least_cost(track[pairs], plot[pairs], cost[pairs])
-            beta[pairs[chosen]] = 1.0
-            continue
-        table = np.full((rows.size, columns.size), -np.inf)
-        table[r, c] = score[pairs]
-        found, _ = exact_probabilities(table)
-        beta[pairs] = found[r, c]
-    if simple:
-        alone = np.concatenate(simple)
-        beta[alone] = 1.0 / (1.0 + np.exp(-score[alone]))
-    return Joint(beta, too_large)
+    found = clusters(track, plot)
+    shorter = np.minimum(found.tracks, found.plots)
+    alone = (found.tracks == 1) & (found.plots == 1)
+    simple = np.flatnonzero(alone[found.of])
+    beta[simple] = 1.0 / (1.0 + np.exp(-score[simple]))
+    summed = np.flatnonzero(~alone & (shorter <= largest))
+    # Clusters of one shape are summed side by side: there are hundreds in a scan, and few shapes.
+    shape, kind = np.unique(np.stack([found.tracks, found.plots])[:, summed], axis=1, return_inverse=True)
+    at = np.full(found.tracks.size, -1)
+    of_shape = np.full(found.tracks.size, -1)
+    of_shape[summed] = kind.ravel()
+    for k, (rows, columns) in enumerate(shape.T.tolist()):
+        mine = summed[kind.ravel() == k]
+        at[mine] = np.arange(mine.size)
+        pairs = np.flatnonzero(of_shape[found.of] == k)
+        place = (found.row[pairs], found.column[pairs], at[found.of[pairs]])
+        table = np.full((rows, columns, mine.size), -np.inf)
+        table[place] = score[pairs]
+        beta[pairs] = exact_probabilities(table)[0][place]
+    large = np.flatnonzero(shorter[found.of] > largest)
+    if large.size:
+        chosen = large[most_pairs_at_least_cost(track[large], plot[large], cost[large])]
+        beta[chosen] = 1.0
+    return Joint(beta, int((shorter > largest).sum()))

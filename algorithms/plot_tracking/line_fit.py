@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.plot_tracking.window import Fit, Window, cost_of, solved
+from algorithms.plot_tracking.window import Fit, Window, cost_of, moments, solved
 from algorithms.toolbox.motion.curvature import Floats
 
 
@@ -27,19 +27,15 @@ def fit_line(window: Window) -> Fit:
     yy = along * sine**2 + across * cosine**2
     xy = (along - across) * cosine * sine
     count = window.rho.shape[1]
-    n = np.zeros((4, 4, count))
-    g = np.zeros((4, count))
-    for k in range(window.rho.shape[0]):
-        t = window.t[k]
-        to = np.stack([np.ones(count), t])
-        block = to[:, None] * to[None]
-        # Unknowns: x0, vx, y0, vy.
-        n[:2, :2] += xx[k] * block
-        n[2:, 2:] += yy[k] * block
-        n[:2, 2:] += xy[k] * block
-        n[2:, :2] += xy[k] * block
-        g[:2] += to * (xx[k] * x[k] + xy[k] * y[k])
-        g[2:] += to * (xy[k] * x[k] + yy[k] * y[k])
+    gx, gy = xx * x + xy * y, xy * x + yy * y
+    n, g = np.empty((4, 4, count)), np.empty((4, count))
+    # Unknowns: x0, vx, y0, vy.
+    for i, j, weight in ((0, 0, xx), (2, 2, yy), (0, 2, xy)):
+        n[i, j], once, n[i + 1, j + 1] = moments(weight, window.t, 2)
+        n[i, j + 1] = n[i + 1, j] = once
+    n[2:, :2] = n[:2, 2:]
+    for i, weight in ((0, gx), (2, gy)):
+        g[i], g[i + 1] = moments(weight, window.t, 1)
     x0, vx, y0, vy = solved(n, g)
     speed = np.hypot(vx, vy)
     course = np.arctan2(vy, vx)

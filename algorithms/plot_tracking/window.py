@@ -13,6 +13,7 @@ plots2006, section 3; specification 4.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -130,9 +131,23 @@ def cost_of(window: Window, p: Floats) -> Floats:
 
 def sum_of_squares(rows: Floats) -> Floats:
     """Sum over the first axis, one row after the other."""
+    return _sum(rows * rows)
+
+
+def moments(weight: Floats, t: Floats, order: int) -> list[Floats]:
+    """Sums (W,) over the plots of weight t^0, weight t^1 ... weight t^order, one plot after the other."""
+    out = []
+    power = np.ones_like(t)
+    for _ in range(order + 1):
+        out.append(_sum(weight * power))
+        power = power * t
+    return out
+
+
+def _sum(rows: Floats) -> Floats:
     total = np.zeros(rows.shape[1:])
     for row in rows:
-        total = total + row * row
+        total += row
     return total
 
 
@@ -155,16 +170,17 @@ def covariance_of(information: Floats) -> Floats:
 
 
 def solved(n: Floats, g: Floats) -> Floats:
-    """Solution of symmetric systems (m, m, W) x = (m, W) with a unit diagonal; NaN where one is singular."""
+    """Solutions of symmetric systems (m, m, W) x = (m, ..., W) with a unit diagonal; NaN where one is singular."""
     diagonal = np.einsum("iiw->iw", n)
     d = np.sqrt(np.where(diagonal > 0, diagonal, np.nan))
     scaled = np.moveaxis(n / (d[:, None] * d[None]), -1, 0)
     sound = np.isfinite(scaled).all(axis=(1, 2))
     _, sound[sound] = _inverted(scaled[sound])
-    out = np.full_like(g, np.nan)
-    right = np.moveaxis(g[:, sound] / d[:, sound], -1, 0)[..., None]
-    out[:, sound] = np.linalg.solve(scaled[sound], right)[..., 0].T / d[:, sound]
-    return out
+    right = g.reshape(len(g), math.prod(g.shape[1:-1]), g.shape[-1]) / d[:, None]
+    out = np.full_like(right, np.nan)
+    found = np.linalg.solve(scaled[sound], np.moveaxis(right[..., sound], -1, 0))
+    out[..., sound] = np.moveaxis(found, 0, -1) / d[:, None, sound]
+    return out.reshape(g.shape)
 
 
 def _inverted(matrices: Floats) -> tuple[Floats, Bools]:

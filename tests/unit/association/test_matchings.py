@@ -179,3 +179,19 @@ def test_two_hundred_by_two_hundred_in_a_second() -> None:
     assert time.perf_counter() - begun < 1.0
     assert found.ranked_groups == 0
     assert found.groups > 30
+
+
+def test_large_scores_and_small_ones_are_summed_the_same_way() -> None:
+    """Likelihoods are multiplied where numbers reach that far, and their logarithms added where they do not."""
+    score = scores((5, 4), 8, gated=True)
+    # With a column that one row alone may and will take, and nobody else: the others' probabilities stay.
+    certain = np.full((6, 5), -np.inf)
+    certain[:5, :4], certain[5, 4] = score, 700.0
+    plain, total = exact_probabilities(score)
+    pairs, larger = exact_probabilities(certain)
+    np.testing.assert_allclose(pairs[:5, :4], plain, rtol=1e-12, atol=1e-15)
+    assert pairs[5, 4] == pytest.approx(1.0)
+    assert larger - total == pytest.approx(700.0)
+    both, _ = exact_probabilities(np.stack([certain, np.where(certain == 700.0, 7.0, certain)], axis=-1))
+    assert (both[..., 0] == pairs).all()
+    assert both[5, 4, 1] == pytest.approx(1 / (1 + np.exp(-7.0)))

@@ -50,3 +50,15 @@ def test_pairs_of_one_group_in_an_interval() -> None:
     assert found == {
         (t, p) for t in range(20) for p in range(60) if group[t] == plot_group[p] and low[t] <= plot_value[p] <= high[t]
     }
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_many_clusters_are_chosen_as_they_would_be_alone(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    of, row, column = (rng.integers(0, n, 300) for n in (40, 4, 4))
+    track, plot = np.unique(np.stack([4 * of + row, 4 * ((of + 7) % 40) + column]), axis=1)
+    cost = rng.normal(0, 3, track.size)
+    chosen = most_pairs_at_least_cost(track, plot, cost)
+    alone = [np.flatnonzero(track // 4 == k) for k in range(40)]
+    expected = [mine[most_pairs_at_least_cost(track[mine], plot[mine], cost[mine])] for mine in alone]
+    assert chosen.tolist() == sorted(np.concatenate(expected).tolist())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from algorithms.plot_tracking.curve_fit import Limits, fit_curve
+from algorithms.plot_tracking.curve_fit import FREE, HELD, LINE, Limits, fit, fit_curve
 from algorithms.plot_tracking.line_fit import fit_line
 from algorithms.plot_tracking.window import Window, cost_of, whitened
 from algorithms.toolbox.motion.curvature import position
@@ -56,3 +56,16 @@ def test_a_start_that_is_no_number_is_no_minimum() -> None:
     found = fit_curve(window, Limits())
     assert found.converged.tolist() == [False, True]
     assert np.isinf(found.cost[0])
+
+
+def test_windows_of_few_and_of_many_plots_are_fitted_side_by_side_as_they_are_alone() -> None:
+    window = windows(30)
+    few = np.arange(13)[:, None] >= 13 - np.array([2, 3, 4] * 10)
+    window = window._replace(known=window.known & (few | (np.arange(30) % 2 == 0)))
+    together, how = fit(window, Limits())
+    assert {LINE, FREE, HELD} <= set(how.tolist())
+    for i in range(30):
+        alone, kind = fit(window.take(np.array([i])), Limits())
+        assert (kind[0], alone.converged[0]) == (how[i], together.converged[i])
+        assert np.array_equal(alone.p[:, 0], together.p[:, i])
+        assert np.array_equal(alone.information[..., 0], together.information[..., i])

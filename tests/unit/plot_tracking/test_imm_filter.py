@@ -166,3 +166,24 @@ def test_one_track_and_one_plot(score: float) -> None:
     one = np.zeros(1, np.int64)
     found = joint_probabilities(one, one, np.array([score]), np.array([0.0]), 5)
     assert found.beta[0] == pytest.approx(np.exp(score) / (1 + np.exp(score)))
+
+
+def test_clusters_side_by_side_have_the_probabilities_they_have_alone() -> None:
+    """Clusters of one shape are summed together, and a run is repeatable whatever else is in the air."""
+    rng = np.random.default_rng(6)
+    parts = []
+    for k in range(40):
+        rows, columns = rng.integers(1, 6, 2).tolist()
+        track, plot = np.nonzero((rng.random((rows, columns)) < 0.7) | (np.arange(columns) == 0))
+        score = rng.normal(0, 300 if k % 8 == 7 else 3, track.size)
+        # Their tracks and plots lie scattered among those of the others.
+        parts.append((k + 40 * track, 39 - k + 40 * plot, score))
+    track, plot, score = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    order = rng.permutation(track.size)
+    found = np.empty(track.size)
+    found[order] = joint_probabilities(track[order], plot[order], score[order], -score[order], 4).beta
+    alone = [joint_probabilities(*part, -part[2], 4) for part in parts]
+    assert np.array_equal(found, np.concatenate([one.beta for one in alone]))
+    # Both ways out of the sum have been taken: a pair alone, and nearest neighbours of a cluster that is too large.
+    assert any(one.too_large for one in alone)
+    assert any(one.beta.size == 1 for one in alone)
