@@ -2,7 +2,7 @@
 // The algorithms of a run that is being composed: which, under which labels, with which parameters. The same
 // algorithm may stand there several times.
 
-import { define, h, put } from "../js/dom.js";
+import { define, focusNear, h, put } from "../js/dom.js";
 import { icon } from "../js/icons.js";
 import { said, t, told } from "../js/i18n.js";
 import { swatch } from "../js/palette.js";
@@ -123,14 +123,18 @@ export class AlgorithmEntries extends HTMLElement {
     if (last) last.open = true;
     this.draw();
     this.onchanged();
+    // Drawn anew, the button lost the focus: whoever works with keys may want another one.
+    /** @type {HTMLElement | null} */ (this.querySelector(`[data-add="${algorithm.name}"]`))?.focus({ preventScroll: true });
   }
 
   /** @param {Entry} entry */
   drop(entry) {
+    const at = this.entries.indexOf(entry);
     this.entries = this.entries.filter((one) => one !== entry);
     this.errors = undefined;
     this.draw();
     this.onchanged();
+    focusNear(this, "[data-drop]", `[data-add="${entry.algorithm.name}"]`, at);
   }
 
   draw() {
@@ -180,7 +184,7 @@ export class AlgorithmEntries extends HTMLElement {
           },
         }),
         toggle,
-        h("button", { class: "plain", type: "button", title: t("compose.drop"), "aria-label": `${t("compose.drop")}: ${entry.label || algorithm.name}`, onclick: () => this.drop(entry) }, icon("close"))),
+        h("button", { class: "plain", type: "button", data: { drop: "" }, title: t("compose.drop"), "aria-label": `${t("compose.drop")}: ${entry.label || algorithm.name}`, onclick: () => this.drop(entry) }, icon("close"))),
       general || misfit ? h("p", { class: "bad small", role: "alert", style: "padding: 6px 12px 0" }, [general, misfit].filter(Boolean).join(" ")) : null,
       body);
   }

@@ -68,9 +68,9 @@ function sentence(one) {
     case "coverage":
       return t("verdict.coverage", { label: one.label, share: formatShare(one.share), best: one.best, best_share: formatShare(one.bestShare) });
     case "tracking":
-      return t(one.wrong === null ? "verdict.tracking_of_target" : "verdict.tracking", { label: one.label, share: formatShare(one.share), switches: formatNumber(one.switches), wrong: formatNumber(one.wrong) });
+      return t(one.wrong === null ? "verdict.tracking_of_target" : "verdict.tracking", { label: one.label, share: formatShare(one.share), switches: formatQuantity(one.switches, "1"), wrong: formatQuantity(one.wrong, "1") });
     case "tracks":
-      return t("verdict.tracks", { label: one.label, count: formatNumber(one.count), share: formatShare(one.share) });
+      return t("verdict.tracks", { label: one.label, count: formatQuantity(one.count, "1"), share: formatShare(one.share) });
     case "far":
       return t("verdict.far", { label: one.label, share: formatShare(one.share) });
   }

@@ -2,7 +2,7 @@
 // The editor of a scenario, made from its schema: numbers as fields, lists as tables, targets as cards with tables in
 // them. What is typed changes a tree of values; errors stand at the field, the row or the list that they point to.
 
-import { define, h, put, uniqueId } from "../js/dom.js";
+import { define, focusNear, h, put, uniqueId } from "../js/dom.js";
 import { icon } from "../js/icons.js";
 import { said, t, told } from "../js/i18n.js";
 import { fieldsOf, rangeOf, readField } from "../js/schema.js";
@@ -119,13 +119,7 @@ export class ScenarioEditor extends HTMLElement {
     return fieldsOf({ properties, $defs: this.schema.$defs });
   }
 
-  /**
-   * One scalar with its label.
-   * @param {FieldSpec} field
-   * @param {Values} owner
-   * @param {string} pointer
-   * @param {boolean} top
-   */
+  /** One scalar with its label. @param {FieldSpec} field @param {Values} owner @param {string} pointer @param {boolean} top */
   field(field, owner, pointer, top) {
     const input = this.input(field, owner, pointer);
     const hint = [field.description.replace(/\s+/g, " "), rangeOf(field) ? `${rangeOf(field)} ${field.unit}` : ""].filter(Boolean);
@@ -239,19 +233,21 @@ export class ScenarioEditor extends HTMLElement {
     }
     const rows = /** @type {Values[]} */ (owner[field.name] ?? []);
     const add = h("button", {
-      type: "button", class: "plain", "aria-label": `${t("scenarios.add")}: ${field.title}`, onclick: () => {
+      type: "button", class: "plain", data: { add: pointer }, "aria-label": `${t("scenarios.add")}: ${field.title}`, onclick: () => {
         const row = nextRow(shape.properties, rows);
         if (Array.isArray(row.probabilities) && !row.probabilities.length) row.probabilities = this.values.stations.map(() => 1);
         owner[field.name] = [...rows, row];
         if (pointer === "/stations") this.eachReception((shares) => [...shares, 1]);
         again();
+        [...this.spots].find(([place, { input }]) => input && place.startsWith(`${pointer}/${rows.length}/`))?.[1].input?.focus();
       },
     }, icon("new"), t("scenarios.add"));
     const drop = (/** @type {number} */ i) => h("button", {
-      type: "button", class: "plain", title: t("scenarios.drop"), "aria-label": `${t("scenarios.drop")}: ${field.title} ${i + 1}`, onclick: () => {
+      type: "button", class: "plain", data: { drop: pointer }, title: t("scenarios.drop"), "aria-label": `${t("scenarios.drop")}: ${field.title} ${i + 1}`, onclick: () => {
         owner[field.name] = rows.filter((_, k) => k !== i);
         if (pointer === "/stations") this.eachReception((shares) => shares.filter((_, k) => k !== i));
         again();
+        focusNear(this, `[data-drop="${pointer}"]`, `[data-add="${pointer}"]`, i);
       },
     }, icon("close"));
     const nested = Object.values(shape.properties).some((one) => shapeOf(one, this.definitions).kind === "rows");
@@ -259,19 +255,17 @@ export class ScenarioEditor extends HTMLElement {
     return h("div", { class: "stack tight" }, ...list, h("div", null, add));
   }
 
+  /** What was drawn anew has the focus again. @param {string} pointer @param {string} what */
+  focusIn(pointer, what) {
+    /** @type {HTMLElement | null} */ (this.querySelector(`[data-pointer="${pointer}"] ${what}`))?.focus({ preventScroll: true });
+  }
+
   /** The lists that follow the list of stations follow it. @param {(shares: number[]) => number[]} change */
   eachReception(change) {
     for (const interval of this.values.receptions ?? []) interval.probabilities = change(interval.probabilities);
   }
 
-  /**
-   * An object that may be absent.
-   * @param {FieldSpec} field
-   * @param {Shape} shape
-   * @param {Values} owner
-   * @param {string} pointer
-   * @param {() => void} again
-   */
+  /** An object that may be absent. @param {FieldSpec} field @param {Shape} shape @param {Values} owner @param {string} pointer @param {() => void} again */
   optional(field, shape, owner, pointer, again) {
     const given = owner[field.name];
     return h("div", { class: "stack tight" },
@@ -279,6 +273,7 @@ export class ScenarioEditor extends HTMLElement {
         type: "checkbox", checked: Boolean(given), onchange: () => {
           owner[field.name] = given ? null : nextRow(shape.properties, []);
           again();
+          this.focusIn(pointer, "[type=checkbox]");
         },
       }), field.description.replace(/\s+/g, " ")),
       ...(given ? this.fields(this.specs(shape.properties, given), given, pointer) : []));
@@ -297,8 +292,8 @@ export class ScenarioEditor extends HTMLElement {
     const number = Number(pointer.split("/").pop()) + 1;
     this.spots.set(pointer, { input: null, line, label: `${field.title} ${number}` });
     const specs = this.specs(shape.properties, row).filter((one) => !hiddenBy(row, one.name));
-    return h("section", { class: "card entry", "aria-label": `${field.title} ${number}` },
-      h("div", { class: "card-head" }, h("h3", { class: "grow" }, `${number}${row.name ? ` · ${row.name}` : ""}`), pathChoice(row, again), drop),
+    return h("section", { class: "card entry", "aria-label": `${field.title} ${number}`, data: { pointer } },
+      h("div", { class: "card-head" }, h("h3", { class: "grow" }, `${number}${row.name ? ` · ${row.name}` : ""}`), pathChoice(row, () => { again(); this.focusIn(pointer, "select"); }), drop),
       h("div", { class: "card-body stack" }, this.fields(specs, row, pointer), line));
   }
 
@@ -325,7 +320,7 @@ export class ScenarioEditor extends HTMLElement {
     return h("div", { class: "scroll" },
       h("table", { class: "edit" },
         h("thead", null, h("tr", null, columns.map((one) => h("th", { scope: "col", title: one.description }, one.title, one.unit && one.unit !== "1" ? h("span", { class: "muted" }, `, ${one.unit}`) : null)),
-          h("td", null, specs.some((one) => one.advanced) && !wide ? h("button", { class: "link small", type: "button", onclick: () => { this.wide.add(pointer); this.draw(); } }, t("scenarios.more_columns")) : null))),
+          h("td", null, specs.some((one) => one.advanced) && !wide ? h("button", { class: "link small", type: "button", onclick: () => { this.wide.add(pointer); this.draw(); this.spots.get(`${pointer}/0/${specs.find((one) => one.advanced)?.name}`)?.input?.focus(); } }, t("scenarios.more_columns")) : null))),
         h("tbody", null, rows.map((row, i) => h("tr", null, columns.map((one) => cell(one, row, i)), h("td", null, drop(i)))))));
   }
 

@@ -1,7 +1,7 @@
 // @ts-check
 // Simulated trials as the source of a run: which scenario, how many trials from which seed, and what is swept.
 
-import { define, h, put, uniqueId } from "../js/dom.js";
+import { define, focusNear, h, put, uniqueId } from "../js/dom.js";
 import { icon } from "../js/icons.js";
 import { said, t } from "../js/i18n.js";
 import { parseNumber } from "../js/numbers.js";
@@ -180,12 +180,13 @@ export class ScenarioSource extends HTMLElement {
           this.rows = this.rows.filter((one) => one !== row);
           this.drawSweep();
           this.changed();
+          focusNear(this.sweepBox, "[data-sweep] button", "button", i);
         } }, icon("close")))),
       h("div", null, h("button", { type: "button", onclick: () => {
         this.rows.push({ name: "", text: "" });
         this.drawSweep();
         this.changed();
-        /** @type {HTMLElement | null | undefined} */ (this.sweepBox?.querySelector(".row:last-of-type select"))?.focus();
+        /** @type {HTMLElement | undefined} */ ([...(this.sweepBox?.querySelectorAll("[data-sweep] select") ?? [])].at(-1))?.focus();
       } }, icon("new"), t("trials.sweep_add"))));
   }
 }

@@ -149,7 +149,7 @@ export function consistencyTab(run) {
 export function claimsTab(run) {
   return withRows(run, "claims", (rows) => {
     const columns = /** @type {Column<Row>[]} */ ([
-      { title: t("claims.figure"), cell: (row) => row.figure },
+      { title: t("claims.figure"), cell: (row) => said(String(row.figure ?? "")) },
       { title: t("claims.claim"), wide: true, cell: (row) => said(String(row.claim)) },
       { title: t("claims.paper"), cell: (row) => said(String(row.paper)) },
       { title: t("claims.ours"), number: true, cell: (row) => [formatQuantity(number(row, "value"), said(String(row.unit ?? ""))), interval(row, "ci95_low", "ci95_high")] },

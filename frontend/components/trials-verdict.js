@@ -58,6 +58,8 @@ function sentence(one, trials) {
         : t("trials.verdict_range", { label: one.label, from: amount(one.from, metres), at_from: one.at[0], to: amount(one.to, metres), at_to: one.at[1] });
     case "best":
       return t("trials.verdict_best", { label: one.label, next: one.next, trials, value: one.value ? amount(one.value, metres) : "–", ratio: amount(one.ratio, formatNumber) });
+    case "larger":
+      return t("trials.verdict_larger_of", { list: one.others.map(({ next, ratio }) => t("trials.verdict_times", { next, ratio: amount(ratio, formatNumber) })).join(", ") });
     case "no_difference":
       return t("trials.verdict_even", { label: one.label, next: one.next, trials, ratio: amount(one.ratio, formatNumber) });
     case "everywhere":

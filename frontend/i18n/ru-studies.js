@@ -3,6 +3,8 @@
 
 /** @type {Record<string, string>} */
 export const words = {
+  "curve": "кривая",
+  "table": "таблица",
   "Accuracy with and without the flight altitude": "Точность с высотой полёта и без неё",
   "Range-difference filter without altitude (RDF) and with it (RDFV) along the reconstructed track, altitude errors from 10 m to 3 km: error in the plan by leg, gain, and how honest the filter's own claim is.": "Разностно-дальномерный фильтр без высоты (RDF) и с ней (RDFV) вдоль восстановленной трассы, ошибки высоты от 10 м до 3 км: плановая ошибка по участкам, выигрыш и честность заявленной ошибки.",
   "figure 3": "рисунок 3",

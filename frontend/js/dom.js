@@ -75,6 +75,20 @@ export function put(element, ...children) {
 }
 
 /**
+ * Where the focus goes on when one of several was taken away and the rest drawn anew: to what removes the one that took
+ * its place, else the last one; to what adds one where none is left.
+ * @param {ParentNode | null | undefined} place
+ * @param {string} drops selector of the buttons that remove
+ * @param {string} adder selector of the button that adds
+ * @param {number} at which was taken away
+ */
+export function focusNear(place, drops, adder, at) {
+  const left = /** @type {HTMLElement[]} */ ([...(place?.querySelectorAll(drops) ?? [])]);
+  const next = left[Math.min(at, left.length - 1)] ?? /** @type {HTMLElement | null | undefined} */ (place?.querySelector(adder));
+  next?.focus({ preventScroll: true });
+}
+
+/**
  * Register a custom element once.
  * @param {string} name
  * @param {CustomElementConstructor} type

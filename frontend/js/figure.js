@@ -53,7 +53,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
     layout[name] = {
       ...layout[name],
       ...(narrow ? fewerTicks(layout[name]) : {}),
-      title: { ...layout[name].title, text: titleInWords(axisTitle(layout[name])), font: { size: narrow ? 11 : 12 } },
+      title: { ...layout[name].title, text: titleInWords(axisTitle(layout[name])), font: { size: isLow(layout[name]) ? 10 : narrow ? 11 : 12 } },
       color: colours.text,
       gridcolor: colours.grid,
       zerolinecolor: colours.line,
@@ -91,6 +91,11 @@ function keyOf(painted, dressed) {
   if (!painted.meta?.dot || painted.mode !== "none" || !painted.showlegend) return [];
   painted.showlegend = false;
   return [{ type: "scatter", mode: "markers", x: [null], y: [null], name: dressed.name, marker: dressed.marker, legendgroup: dressed.legendgroup, visible: dressed.visible, showlegend: true, hoverinfo: "skip", meta: {} }];
+}
+
+/** Whether an axis has so little of the height that its name must be small, beside those of the panels above and below. @param {any} axis */
+function isLow({ domain }) {
+  return Array.isArray(domain) && domain[1] - domain[0] < 0.3;
 }
 
 /** Axes in space. @param {any} scene @param {Colours} colours */

@@ -70,7 +70,9 @@ export function formatShare(share) {
 export function formatQuantity(value, unit) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (unit === "m" && Math.abs(value) >= 10000) return `${formatNumber(value / 1000)} ${said("km")}`;
-  return unit && unit !== "1" ? `${formatNumber(value)} ${said(unit)}` : formatNumber(value);
+  if (unit && unit !== "1") return `${formatNumber(value)} ${said(unit)}`;
+  // A count, such as that of tracks: decimals would say that it was measured.
+  return Number.isInteger(value) ? formatCount(value) : formatNumber(value);
 }
 
 /**

@@ -15,6 +15,7 @@ const HONEST = 1.25;
  * @typedef {{kind: "no_truth"}
  *   | {kind: "alone", label: string, from: Amount, to: Amount, at: [string, string]}
  *   | {kind: "best", label: string, next: string, ratio: Amount, value: Amount | null}
+ *   | {kind: "larger", others: {next: string, ratio: Amount}[]}
  *   | {kind: "no_difference", label: string, next: string, ratio: Amount}
  *   | {kind: "everywhere", label: string, next: string, from: number, to: number}
  *   | {kind: "somewhere", label: string, next: string, better: string[], even: string[], worse: string[]}
@@ -110,7 +111,21 @@ function between(rows, errors, labels) {
       sentences.push({ kind: "somewhere", label: best, next: other, better: names("better"), even: names("even"), worse: names("worse") });
     }
   }
-  return { sentences, best };
+  return { sentences: shortened(sentences), best };
+}
+
+/** The first of several that are worse is told in full, the others after it by their names and ratios alone. @param {TrialSentence[]} sentences */
+function shortened(sentences) {
+  /** @type {{next: string, ratio: Amount}[]} */
+  const others = [];
+  const kept = sentences.filter((one, i) => {
+    if (one.kind !== "best" || i === 0) return true;
+    others.push({ next: one.next, ratio: one.ratio });
+    return false;
+  });
+  /** @type {TrialSentence[]} */
+  const larger = others.length ? [{ kind: "larger", others }] : [];
+  return [...kept, ...larger];
 }
 
 /** @param {{times: Amount}[]} list */

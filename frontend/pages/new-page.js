@@ -111,7 +111,7 @@ class NewPage extends HTMLElement {
     const wanted = query.getAll("a").flatMap(readEntry);
     const unknown = this.entries.setEntries(wanted);
     if (unknown.length) put(this.message, h("p", { class: "warn" }, t("compose.unknown_algorithms", { names: unknown.join(", ") })));
-    this.setMode(query.has("scenario") ? "scenario" : uploading ? "upload" : "recording");
+    this.setMode(query.has("scenario") || query.get("source") === "scenario" ? "scenario" : uploading ? "upload" : "recording");
     if (dropped.length) this.upload.takeFiles(dropped);
     const [id, ...others] = query.getAll("recording");
     this.together = new Set(others);

@@ -227,7 +227,7 @@ class RunsPage extends HTMLElement {
       { title: t("runs.column_metric"), number: true, cell: (run) => metricCell(run), sort: (run) => keyMetric(run.summary)?.best.value ?? null },
       { title: t("runs.column_duration"), number: true, cell: (run) => formatDuration(durationOf(run)), sort: durationOf },
       { title: t("runs.column_size"), number: true, cell: (run) => formatBytes(run.size_bytes), sort: (run) => run.size_bytes ?? null },
-      { title: t("runs.column_created"), cell: (run) => h("span", { class: "nowrap muted" }, formatInstant(run.created_at)), sort: (run) => run.created_at },
+      { title: t("runs.column_created"), cell: (run) => h("span", { class: "muted" }, formatInstant(run.created_at)), sort: (run) => run.created_at },
       { title: t("table.actions"), quiet: true, cell: (run) => this.actions(run) },
     ];
   }
@@ -341,8 +341,8 @@ function stateCell(run) {
 function metricCell(run) {
   const key = keyMetric(run.summary);
   if (!key) return run.error ? h("span", { class: "small muted" }, told(`problem.${run.error.code}`, run.error.code ?? "")) : "";
-  return h("span", { title: metricName(key.metric) },
-    h("b", null, formatQuantity(key.best.value, key.metric.endsWith("_m") ? "m" : "")), " ",
+  return h("span", { class: "key-metric", title: metricName(key.metric) },
+    h("b", { class: "nowrap" }, formatQuantity(key.best.value, key.metric.endsWith("_m") ? "m" : "")), " ",
     h("span", { class: "small muted" }, `${key.best.label}, ${told(`metric_short.${key.metric}`, key.metric)}`));
 }
 

@@ -157,6 +157,8 @@ class ScenariosPage extends HTMLElement {
   /** Store one recording of the scenario; a download is of what was stored. @param {boolean} download */
   async keep(download) {
     const message = /** @type {HTMLElement} */ (this.message);
+    // A button that is switched off loses the focus.
+    const focused = [this.store, this.download].find((one) => one === document.activeElement);
     for (const button of [this.store, this.download]) if (button) button.disabled = true;
     try {
       /** @type {Recording} */
@@ -172,6 +174,7 @@ class ScenariosPage extends HTMLElement {
       put(message, failed(error));
     } finally {
       for (const button of [this.store, this.download]) if (button) button.disabled = this.editor?.wrong.size !== 0;
+      if (document.activeElement === document.body) focused?.focus({ preventScroll: true });
     }
   }
 }

@@ -25,7 +25,7 @@ class StudiesPage extends HTMLElement {
       const papers = [...new Set(items.map((study) => study.paper.text ?? study.paper.key))];
       put(this, h("h1", null, t("studies.title")), h("p", { class: "muted" }, t("studies.what")),
         items.length ? papers.map((paper) => h("section", { class: "stack" },
-          h("h2", null, said(paper)),
+          h("h2", null, paper),
           h("div", { class: "stack" }, items.filter((study) => (study.paper.text ?? study.paper.key) === paper).map((study) => h("a", { class: "card card-link", href: routeTo(["studies", study.name]) },
             h("strong", null, said(study.title)), " ", h("span", { class: "muted" }, said(study.item)),
             h("div", { class: "small muted" }, said(study.summary)),

@@ -59,18 +59,19 @@ class StudyPage extends HTMLElement {
         toast(wordsOf(error));
       }
     } }, t("studies.run"));
+    this.className = "stack";
     const done = runs.find((run) => run.state === "succeeded");
     put(this,
       h("div", { class: "page-head" }, h("h1", null, said(study.title)),
         h("div", { class: "actions" }, h("label", { for: trials, class: "row small muted" }, t("trials.count")), input, start)),
       message,
       h("p", null, said(study.summary)),
-      h("p", { class: "muted" }, said(study.paper.text ?? study.paper.key), ", ", said(study.item)),
+      h("p", { class: "muted" }, study.paper.text ?? study.paper.key, ", ", said(study.item)),
       h("div", { class: "card" }, h("div", { class: "card-head" }, h("h2", { class: "grow" }, t("tab.claims")),
         done ? h("a", { href: routeTo(["runs", done.id]) }, t("studies.from_run", { time: formatInstant(done.finished_at), n: formatCount(done.trials) })) : null),
       done ? claimsTab(done) : dataTable({
         caption: t("tab.claims"), rows: study.claims, columns: [
-          { title: t("claims.figure"), cell: (row) => row.figure },
+          { title: t("claims.figure"), cell: (row) => said(row.figure) },
           { title: t("claims.claim"), wide: true, cell: (row) => said(row.claim) },
           { title: t("claims.paper"), cell: (row) => said(row.paper) },
         ],

@@ -65,6 +65,7 @@ def test_algorithms_and_their_parameters(algorithm: Algorithm, russian: dict[str
 def test_studies_and_what_they_claim(study: Study, russian: dict[str, str]) -> None:
     texts = [study.title, study.summary, study.item]
     texts += [text for claim in study.claims for text in (claim.claim, claim.paper)]
+    texts += [claim.figure for claim in study.claims if re.search("[a-z]", claim.figure)]
     assert [text for text in map(_plain, texts) if text and text not in russian] == []
 
 

@@ -28,6 +28,10 @@ test("numbers keep three significant digits and thin spaces", () => {
 test("units scale with the quantity", () => {
   assert.equal(formatQuantity(12345, "m"), "12.3 km");
   assert.equal(formatQuantity(345, "m"), "345 m");
+  // Tracks are counted, not measured; a mean number of them is.
+  assert.equal(formatQuantity(4, "1"), "4");
+  assert.equal(formatQuantity(4.5, "1"), "4.50");
+  assert.equal(formatQuantity(4, "m"), "4.00 m");
   assert.equal(formatShare(0.895), "89.5\u202f%");
   assert.equal(formatDuration(4.23), "4.2 s");
   assert.equal(formatDuration(125), "2 min 5 s");

@@ -15,6 +15,19 @@ test("one cell: the paired ratio decides, not the intervals of each alone", () =
   assert.equal(even.kind, "no_difference");
 });
 
+test("of several that are worse the first is told in full, the others by name and ratio", () => {
+  const many = ["a", "b", "c", "d"];
+  const metrics = many.map((label, i) => metric(label, 10 * (i + 1)));
+  const comparisons = [pair("a", "d", 0.25, "smaller"), pair("a", "b", 0.5, "smaller"), pair("a", "c", 0.4, "smaller")];
+  const found = trialVerdict({ metrics, comparisons, labels: many });
+  assert.deepEqual(found.map((one) => one.kind), ["best", "larger"]);
+  assert.equal(found[0].next, "b");
+  assert.deepEqual(found[1].others.map((one) => [one.next, one.ratio.value]), [["c", 2.5], ["d", 4]]);
+  // Nobody is the most accurate of all where one is as good.
+  const even = trialVerdict({ metrics, comparisons: [pair("a", "b", 0.98, "no_difference"), pair("a", "c", 0.4, "smaller")], labels: many });
+  assert.deepEqual(even.map((one) => one.kind), ["no_difference", "larger"]);
+});
+
 test("seen from the other side ratio and bounds turn over", () => {
   const [found] = trialVerdict({ metrics: [metric("rdf", 50), metric("rdfv", 100)], comparisons: [pair("rdf", "rdfv", 0.5, "smaller")], labels });
   assert.equal(found.label, "rdf");
