@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from algorithms.multilateration.paper_printed import _judge_shared, _judge_units
 from tests.study_claims import claims_of
 
 
@@ -26,8 +27,21 @@ def test_the_printed_gradient_and_what_formulas_decide() -> None:
 @pytest.mark.slow
 def test_the_printed_variance_takes_the_altitude_for_thirty_times_better_than_it_is() -> None:
     """Erratum E3: six times the claim in the turn near the stations, where the right variance has 1.2."""
-    found = claims_of("multilateration_printed_variance", 16)["(13): not"]
-    assert 4 < found["value"] < 10
+    found = claims_of("multilateration_printed_variance", 16)
+    assert 4 < found["(13): not"]["value"] < 10
+    # E5: a pseudo-inverse of seconds and metres drops the whole correction; T2: without what the differences share the
+    # claim against the last station is too small.
+    assert found["(8), (13), (17): shown"]["value"] == pytest.approx(146, abs=0.5)
+    assert found["(13): shown"]["value"] == pytest.approx(761 / 657, rel=2e-3)
+
+
+def test_what_a_formula_decides_about_the_covariance() -> None:
+    units, shared = _judge_units(), _judge_shared()
+    assert "10^21" in units.reason
+    assert "0.000 m off" in units.reason
+    assert "146 m of a correction of 146 m" in units.reason
+    # Table 8.5: 620 m at 100 km on azimuth 90 with an altitude of 100 m, whatever the differences are taken against.
+    assert "761 m against the last station, 749 m and 620 m against the first; with it 620 m" in shared.reason
 
 
 @pytest.mark.slow
