@@ -10,6 +10,7 @@
   + AlgorithmError                     the method could not go on (failed run)
     x SingularGeometryError            stations from which nothing can be solved
     x NotPositiveDefiniteError         a covariance that lost its meaning
+  + CompilationError                   the kernels cannot be compiled, or loaded, on this machine
 * RunCancelled(BaseException)          control flow inside a run only
 """
 
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 __all__ = [
     "AlgorithmError",
+    "CompilationError",
     "FilterRoomError",
     "FrameError",
     "InputError",
@@ -121,6 +123,12 @@ class NotPositiveDefiniteError(AlgorithmError):
     """A covariance lost its positive definiteness beyond repair."""
 
     code = "not_positive_definite"
+
+
+class CompilationError(FilterRoomError):
+    """The kernels cannot be compiled or loaded; notes hold all that the compiler said."""
+
+    code = "kernels_not_compiled"
 
 
 class RunCancelled(BaseException):

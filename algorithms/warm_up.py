@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import fcntl
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -18,6 +19,7 @@ from functools import cache
 
 import numpy as np
 
+from algorithms.errors import CompilationError
 from algorithms.registry import algorithms_by_name, scenarios_by_name
 from algorithms.spec import LocalContext
 from algorithms.toolbox.kernels.cache import base_folder, key_of_all
@@ -25,6 +27,7 @@ from algorithms.unused_kernels import is_fresh, keep_used
 
 # So many rows of a recording reach every kernel.
 ROWS = 4
+_ERROR_LINE = re.compile(r"^[\w.]*(?:Error|Exception|Interrupt)\b.*", re.M)
 
 
 def warm_up(family: str | None = None) -> None:
@@ -61,16 +64,12 @@ def have_compiled() -> None:
 
     Raises
     ------
-    RuntimeError
-        Compiling failed; the message holds what the compiler said.
+    CompilationError
+        Compiling failed.
     """
     folder = base_folder()
     done = folder / f"{key_of_all()}.complete"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return
-    if is_fresh(done) or not os.access(folder, os.W_OK):
+    if fault_of_folder() or is_fresh(done):
         return
     with (folder / f"{key_of_all()}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -81,10 +80,42 @@ def have_compiled() -> None:
             return
         families = sorted({algorithm.family for algorithm in algorithms_by_name().values()})
         with ThreadPoolExecutor(os.cpu_count()) as threads:
-            for said in threads.map(_compile, families):
+            for family, said in zip(families, threads.map(_compile, families), strict=True):
                 if said:
-                    raise RuntimeError(f"the kernels cannot be compiled: {said}")
+                    raise compilation_error(family, said)
         done.touch()
+
+
+def fault_of_folder() -> str:
+    """Say in words that compiled kernels cannot be kept, what that costs and what to do; empty where they can."""
+    folder = base_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        why = "" if os.access(folder, os.W_OK) else "no permission to write"
+    except OSError as error:
+        why = error.strerror or str(error)
+    if not why:
+        return ""
+    return (
+        f"Compiled kernels cannot be kept in {folder}: {why}. Each worker compiles them anew at its start, which takes "
+        "minutes, and results repeat to the ninth digit only. Make the folder writable or set FILTERROOM_KERNEL_CACHE "
+        "to one that is, and restart the server."
+    )
+
+
+def compilation_error(family: str, said: str) -> CompilationError:
+    """Return the error for what a compiler said: its first line in the message, all of it in a note."""
+    found = _ERROR_LINE.search(said)
+    short = (found.group() if found else said.strip().splitlines()[-1])[:300].rstrip(".")
+    error = CompilationError(
+        f"The kernels of {family} cannot be compiled: {short}.",
+        remedy=(
+            "The server's log holds all that the compiler said. Look for free space and memory, install the program "
+            "with the versions of numba and llvmlite that it names, and restart the server."
+        ),
+    )
+    error.add_note(said)
+    return error
 
 
 def _compile(family: str) -> str:
@@ -98,7 +129,7 @@ def _compile(family: str) -> str:
         preexec_fn=_end_with_parent,
         check=False,
     )
-    return found.stderr.strip()[-2000:] or f"status {found.returncode}" if found.returncode else ""
+    return found.stderr.strip()[-20_000:] or f"status {found.returncode}" if found.returncode else ""
 
 
 def _end_with_parent() -> None:

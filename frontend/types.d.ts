@@ -30,6 +30,7 @@ export interface EngineStatus {
   running: number;
   queued: number;
   detail?: string | null;
+  warning?: string;
 }
 
 export interface Meta {

@@ -28,6 +28,8 @@ class EngineOut(BaseModel):
     queued: int
     detail: str
     """What the state does not say."""
+    warning: str
+    """What is amiss though runs are computed, and what to do; empty where all is well."""
 
 
 class Limits(BaseModel):
@@ -69,7 +71,7 @@ class Readiness(BaseModel):
 
     status: Literal["ready", "not_ready"]
     detail: str
-    """Why not."""
+    """Why not, or what is amiss nevertheless."""
 
 
 @router.get("/meta", name="get_meta", responses=problems())
@@ -94,6 +96,7 @@ def get_meta(services: ServicesDep) -> Meta:
             running=status.running,
             queued=status.queued,
             detail=status.detail,
+            warning=status.warning,
         ),
         disk_free_bytes=services.store.free_bytes(),
         started_at=services.started_at,
@@ -117,7 +120,7 @@ def get_readiness(services: ServicesDep, response: Response) -> Readiness:
     if detail:
         response.status_code = 503
         return Readiness(status="not_ready", detail=detail)
-    return Readiness(status="ready", detail="")
+    return Readiness(status="ready", detail=services.engine.status().warning)
 
 
 def _missing(services: Services) -> str:

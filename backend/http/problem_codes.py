@@ -177,6 +177,9 @@ PROBLEMS: dict[str, Kind] = {
         "A worker ran out of memory",
         "Use a shorter recording, or fewer workers; the limit is FILTERROOM_WORKER_MEMORY_BYTES.",
     ),
+    "kernels_not_compiled": Kind(
+        "The kernels cannot be compiled", "The server's log holds what the compiler said; nothing runs until it can."
+    ),
     "worker_died": Kind("A worker died", "Most often for want of memory."),
     # Reading files.
     "no_file": Kind("There is no file", "An upload needs at least one field `file`."),

@@ -177,6 +177,10 @@ class Cluster:
         """Compile the kernels on a worker, or load them from the cache."""
         return self._client.submit(work.warm_up, workers=[worker], pure=False)
 
+    def fault_of_kernel_folder(self, worker: str) -> Future:
+        """Ask a worker why it cannot keep compiled kernels."""
+        return self._client.submit(work.fault_of_kernel_folder, workers=[worker], pure=False)
+
     def signal_cancel(self, tokens: Iterable[str]) -> None:
         """Tell all workers to leave these blocks at their next look; waits for their answer."""
         # Runs in the workers' event loops, beside the computation: a look at the set costs nothing there.

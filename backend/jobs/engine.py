@@ -40,13 +40,14 @@ IDLE_TICK_S = 2.0
 
 @dataclass(frozen=True)
 class EngineStatus:
-    """What the engine is doing; `detail` says in words what the state does not."""
+    """What the engine is doing; `detail` says in words what the state does not, `warning` what is amiss anyway."""
 
     state: EngineState
     workers: int
     running: int
     queued: int
     detail: str = ""
+    warning: str = ""
 
 
 class Engine:
@@ -136,7 +137,7 @@ class Engine:
         """Return what the engine is doing."""
         with self._database.read() as connection:
             running, queued = (runs.count_runs(connection, s) for s in ("running", "queued"))
-        return EngineStatus(self._crew.state, self._crew.size, running, queued, self._crew.words)
+        return EngineStatus(self._crew.state, self._crew.size, running, queued, self._crew.words, self._crew.warning)
 
     # The engine's thread.
 
@@ -213,6 +214,8 @@ class Engine:
             self._flights.take_back()
             self._runs.tell_waiting(str(error))
             return
+        if (failure := self._crew.failure) is not None:
+            self._runs.fail_all(failure)
         if self._crew.notice and not self._crew.workers:
             self._runs.tell_waiting(self._crew.notice)
 

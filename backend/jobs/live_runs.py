@@ -144,6 +144,11 @@ class LiveRuns:
         self.active.pop(run_id, None)
         self._leave(run_id)
 
+    def fail_all(self, error: FilterRoomError) -> None:
+        """Let every run fail: nobody is there who could compute it, and nobody will come."""
+        for run_id in list(self.active):
+            self.fail(run_id, ledger.error_of(error, ""))
+
     def store_failures(self) -> None:
         """Write failures down; where the disk is full this is tried again in every round."""
         for run_id, (error, trace) in list(self._failures.items()):

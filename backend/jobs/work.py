@@ -179,6 +179,13 @@ def warm_up() -> None:
     load()
 
 
+def fault_of_kernel_folder() -> str:
+    """Say in words why this worker cannot keep compiled kernels; empty where it can."""
+    from algorithms.warm_up import fault_of_folder
+
+    return fault_of_folder()
+
+
 def software() -> dict[str, str]:
     """Return the versions and the processor on which results depend."""
     import llvmlite.binding

@@ -91,6 +91,8 @@ class AppFrame extends HTMLElement {
       PLACES.map(({ name, key }) => h("a", { href: `#/${name}`, data: { place: name } }, icon(name), t(key))),
       h("a", { class: "last", href: "#/about", data: { place: "about" } }, icon("about"), t("nav.about")));
     this.lostLine = h("div", { class: "lost", role: "status", hidden: true }, t("connection.lost"));
+    const engine = /** @type {import("./engine-state.js").EngineState} */ (document.createElement("engine-state"));
+    engine.line = h("div", { class: "lost", role: "status", hidden: true });
     this.outlet = h("main", { id: "main", tabindex: -1 });
     const menu = h("button", { class: "menu-button", type: "button", "aria-label": t("nav.menu"), "aria-expanded": "false", "aria-controls": "rail" }, icon("menu"));
     menu.addEventListener("click", () => menu.setAttribute("aria-expanded", String(this.rail?.classList.toggle("open"))));
@@ -100,11 +102,11 @@ class AppFrame extends HTMLElement {
       this.rail,
       h("header", { class: "bar" },
         menu, this.where,
-        document.createElement("engine-state"),
+        engine,
         chooser(t("bar.language"), LANGUAGES.map((name) => [name, name.toUpperCase()]), language(), (name) => this.chooseLanguage(/** @type {Language} */ (name))),
         chooser(t("bar.theme"), THEMES.map((name) => [name, t(`theme.${name}`)]), theme(), (name) => setTheme(/** @type {"auto"} */ (name))),
         h("button", { type: "button", "aria-label": t("keys.title"), onclick: () => help.togglePopover() }, "?")),
-      h("div", { class: "content" }, this.lostLine, this.outlet),
+      h("div", { class: "content" }, this.lostLine, engine.line, this.outlet),
       help, document.createElement("toast-area"), document.createElement("drop-zone"));
     this.shown = "";
     this.show();

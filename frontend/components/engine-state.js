@@ -11,7 +11,10 @@ import { said, t } from "../js/i18n.js";
 const WARMING_MS = 2000;
 const READY_MS = 15000;
 
-class EngineState extends HTMLElement {
+export class EngineState extends HTMLElement {
+  /** Says in words what hinders the engine, and what to do. @type {HTMLElement | undefined} */
+  line = undefined;
+
   connectedCallback() {
     this.className = "small muted clip";
     this.stop = new AbortController();
@@ -43,6 +46,11 @@ class EngineState extends HTMLElement {
 
   /** @param {Meta["engine"]} engine */
   show(engine) {
+    const words = engine.state === "failed" ? engine.detail : engine.warning;
+    if (this.line) {
+      if (this.line.textContent !== said(words ?? "")) this.line.textContent = said(words ?? "");
+      this.line.hidden = !words;
+    }
     if (engine.state === "failed" || engine.state === "stopped") put(this, h("span", { class: "bad", title: said(engine.detail ?? "") || null }, t("engine.failed")));
     else if (engine.state !== "ready") put(this, h("span", { class: "warn", title: said(engine.detail ?? "") || null }, t("engine.warming_up")));
     else if (!engine.workers && engine.detail) put(this, h("span", { class: "warn", title: said(engine.detail) }, t("engine.ready", { n: 0 })));

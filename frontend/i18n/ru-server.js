@@ -223,6 +223,7 @@ export const codes = {
   "problem.start_covariance": "Начальные условия непригодны",
   "problem.unknown_algorithm": "Исполнитель не знает алгоритма",
   "problem.out_of_memory": "Исполнителю не хватило памяти",
+  "problem.kernels_not_compiled": "Вычислительные ядра не компилируются",
   "problem.worker_died": "Исполнитель аварийно завершился",
   "problem.no_file": "Нет файла",
   "problem.empty_file": "Файл пуст",
