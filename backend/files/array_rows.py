@@ -67,7 +67,7 @@ class ArrayRows:
         """Yield the rows in chunks; past `max_rows` it ends with a warning."""
         count = min(len(self), max_rows)
         if count < len(self):
-            end_at_limit(self.name, max_rows, findings)
+            end_at_limit(self.name, max_rows, findings, len(self))
         if self.left_out:
             findings.warn(
                 "variables_left_out",

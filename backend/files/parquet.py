@@ -39,7 +39,7 @@ class ParquetRows:
         import pyarrow.parquet as pq
 
         if self.count > max_rows:
-            end_at_limit(self.content.name, max_rows, findings)
+            end_at_limit(self.content.name, max_rows, findings, self.count)
         if self.nested:
             findings.warn(
                 "columns_nested",

@@ -90,8 +90,19 @@ def first_rows(rows: Rows, count: int) -> tuple[tuple[str, ...], ...]:
     return tuple(islice(zip(*columns, strict=True), count))
 
 
-def end_at_limit(name: str, max_rows: int, findings: Findings) -> None:
-    """Say that a file has more rows than a recording may have, and that its first ones were read."""
+def end_at_limit(name: str, max_rows: int, findings: Findings, rows: int | None = None) -> None:
+    """Say that a file has more rows than a recording may have, and that its first ones were read.
+
+    `rows` is how many it has, where the file itself says so; the rest of a text would have to be read to be counted.
+    """
+    if rows is not None:
+        findings.warn(
+            "rows_beyond_limit",
+            f"{name} has {rows} rows; only the first {max_rows} of them were read, {rows - max_rows} were left out. "
+            "Raise the setting FILTERROOM_MAX_ROWS, or upload the rest by itself.",
+            rows - max_rows,
+        )
+        return
     findings.warn(
         "rows_beyond_limit",
         f"{name} has more than {max_rows} rows; only the first of them were read. Raise the setting "

@@ -96,6 +96,7 @@ export default {
   "Name a column as the first line spells it.": "Назовите столбец так, как он назван в первой строке.",
   "Name a column as the file spells it.": "Назовите столбец так, как он назван в файле.",
   "{1} has more than {2} rows.": "В {1} больше {2} строк.",
+  "{1} has {2} rows; only the first {3} of them were read, {4} were left out. Raise the setting FILTERROOM_MAX_ROWS, or upload the rest by itself.": "В {1} {2} строк; прочитаны только первые {3}, не прочитано {4}. Увеличьте настройку FILTERROOM_MAX_ROWS или загрузите остальное отдельно.",
   "{1} has more than {2} rows; only the first of them were read. Raise the setting FILTERROOM_MAX_ROWS, or upload the rest by itself.": "В {1} больше {2} строк; прочитаны только первые. Увеличьте настройку FILTERROOM_MAX_ROWS или загрузите остальное отдельно.",
   "{1} is longer than {2} bytes; only the first of them were read, and what they end within was left out. Raise the setting FILTERROOM_MAX_ROWS, or upload the rest by itself.": "{1} длиннее {2} байт; прочитаны только первые, а на чём они обрываются, опущено. Увеличьте настройку FILTERROOM_MAX_ROWS или загрузите остальное отдельно.",
   "There is a line of names and nothing below it.": "Есть строка имён, а под ней ничего.",

@@ -269,11 +269,23 @@ def test_small_files_that_unpack_to_much(read):
         assert e.value.code == "expands_too_much"
 
 
-def test_of_too_many_rows_the_first_are_read(read, warning):
-    for data in (parquet(NATIVE), npz(**NATIVE)):
-        recording, report = read(data, limits=ReadLimits(max_rows=2))
-        assert recording.time_s.tolist() == TIME.tolist()[:2]
-        warning(report, "rows_beyond_limit")
+def test_of_too_many_rows_the_first_are_read_and_the_rest_counted(read, warning):
+    file = Mat73()
+    for name, values in NATIVE.items():
+        file.add(name, values)
+    for data in (parquet(NATIVE, row_group_size=1), npz(**NATIVE), mat5(NATIVE), file.done()):
+        recording, report = read(data, limits=ReadLimits(max_rows=1))
+        assert recording.time_s.tolist() == TIME.tolist()[:1]
+        beyond = warning(report, "rows_beyond_limit")
+        assert "has 3 rows; only the first 1 of them were read, 2 were left out" in beyond.detail
+        assert beyond.count == 2
+
+
+def test_rows_of_scans_are_counted_too(read, warning):
+    data = mat5({"plots": cells(*PLOTS), "time": TIME})
+    _, report = read(data, mapping=SCAN_MAPPING, limits=ReadLimits(max_rows=2))
+    beyond = warning(report, "rows_beyond_limit")
+    assert ("has 3 rows" in beyond.detail, beyond.count) == (True, 1)
 
 
 def test_a_column_that_is_there_twice(read):
