@@ -28,6 +28,10 @@ from algorithms.spec import RunContext
 
 Floats = NDArray[np.float64]
 
+RIDGE = "ridge_covariance"
+"""While methods run: (M, 5, 5, L) covariance of theta along a curved ridge, of which that of positions is made; NaN
+where the method knows of none."""
+
 
 def estimate(
     recording: DopplerPairs,
@@ -46,19 +50,23 @@ def estimate(
     context.check_cancelled()
     arrays = empty_arrays(recording, lines=lines)
     arrays |= {name: np.full(arrays["time_s"].shape, np.nan) for name in extra}
+    arrays[RIDGE] = np.full(arrays["theta_covariance"].shape, np.nan)
     pieces = _pieces(recording, conditions, parameters, arrays)
     notes = [] if parameters.unsigned else sign_notes(recording)
     for i, piece in enumerate(pieces):
         context.check_cancelled()
         method(piece, arrays)
-        spread = _variance_of_distance(piece, arrays)
+        before = _covariance(piece, arrays)
         widen(piece, method, parameters, conditions, arrays)
-        _interval(piece, arrays, spread)
+        _interval(piece, arrays, before[:, 1, 1])
+        # Of a ridge too it is made wider by what errors of calibration cost.
+        piece.put(arrays, RIDGE, _covariance(piece, arrays, RIDGE) + _covariance(piece, arrays) - before)
         _position(piece, conditions, arrays)
         _residuals(piece, conditions, arrays)
         context.progress((i + 1) / len(pieces))
     if not pieces:
         context.progress(1.0)
+    del arrays[RIDGE]
     notes += doubts(pieces, conditions, arrays)
     return arrays, (*conditions.notes, *notes)
 
@@ -127,9 +135,10 @@ def _piece(
     )
 
 
-def _variance_of_distance(piece: Piece, arrays: Arrays) -> Floats:
-    """(K, L) m2."""
-    return np.asarray(arrays["theta_covariance"], float)[:, 1, 1][np.ix_(piece.rows, piece.lanes)]
+def _covariance(piece: Piece, arrays: Arrays, name: str = "theta_covariance") -> Floats:
+    """(K, 5, 5, L) of theta."""
+    both = np.arange(UNKNOWNS)
+    return np.asarray(arrays[name], float)[np.ix_(piece.rows, both, both, piece.lanes)]
 
 
 def _interval(piece: Piece, arrays: Arrays, spread: Floats) -> None:
@@ -137,7 +146,7 @@ def _interval(piece: Piece, arrays: Arrays, spread: Floats) -> None:
     index = np.ix_(piece.rows, piece.lanes)
     answered = np.isin(arrays["status"][index], ANSWERED)
     distance = np.asarray(arrays["theta"], float)[:, 1][index]
-    variance = _variance_of_distance(piece, arrays)
+    variance = _covariance(piece, arrays)[:, 1, 1]
     found = np.asarray(arrays["distance_interval_m"], float)[np.ix_(piece.rows, np.arange(2), piece.lanes)]
     with np.errstate(invalid="ignore"):
         plain = NORMAL_95 * np.sqrt(np.where(spread > 0, spread, np.nan))
@@ -151,8 +160,8 @@ def _interval(piece: Piece, arrays: Arrays, spread: Floats) -> None:
 def _position(piece: Piece, conditions: Conditions, arrays: Arrays) -> None:
     """Turn theta of a pass into states and covariances of its rows."""
     theta = np.asarray(arrays["theta"], float)[np.ix_(piece.rows, np.arange(UNKNOWNS), piece.lanes)]
-    both = np.arange(UNKNOWNS)
-    covariance = np.asarray(arrays["theta_covariance"], float)[np.ix_(piece.rows, both, both, piece.lanes)]
+    ridge = _covariance(piece, arrays, RIDGE)
+    covariance = np.where(np.isfinite(ridge), ridge, _covariance(piece, arrays))
     status = arrays["status"][np.ix_(piece.rows, piece.lanes)]
     theta = np.where(np.isin(status, ANSWERED)[:, None], theta, np.nan)
     tau, s, vy, vx, ay = (theta[:, i] for i in range(UNKNOWNS))
@@ -212,7 +221,7 @@ def held_where_thinned(piece: Piece, arrays: Arrays, stride: int) -> None:
     """Rows between those that were computed take the answer before them."""
     for k in range(len(piece.rows)):
         if k % stride and k != len(piece.rows) - 1:
-            for name in ("theta", "theta_covariance", "distance_interval_m", "chi2", "dof"):
+            for name in ("theta", "theta_covariance", RIDGE, "distance_interval_m", "chi2", "dof"):
                 arrays[name][piece.rows[k]][..., piece.lanes] = arrays[name][piece.rows[k - 1]][..., piece.lanes]
             before = arrays["status"][piece.rows[k - 1], piece.lanes]
             arrays["status"][piece.rows[k], piece.lanes] = np.where(np.isin(before, ANSWERED), HELD, before)

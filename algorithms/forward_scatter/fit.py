@@ -25,7 +25,7 @@ from algorithms.forward_scatter.likelihood import (
 )
 from algorithms.forward_scatter.lines import CONSENSUS, HUBER, INLIER_SIGMA, PLAIN, line_by_consensus
 from algorithms.forward_scatter.motion import UNKNOWNS, model
-from algorithms.forward_scatter.profile import CURVED, interval
+from algorithms.forward_scatter.profile import interval
 from algorithms.toolbox.kernels import strict
 
 # What became of an epoch.
@@ -49,7 +49,9 @@ class Fits(NamedTuple):
     theta: np.ndarray
     """(K, 5, L)."""
     covariance: np.ndarray
-    """(K, 5, 5, L)."""
+    """(K, 5, 5, L): of the tangent plane at theta."""
+    spread: np.ndarray
+    """(K, 5, 5, L): about theta along the curved ridge of the likelihood, of fits that ended."""
     unknowns: np.ndarray
     """(K, L): 3, 4 or 5 that were fitted."""
     chi2: np.ndarray
@@ -57,7 +59,7 @@ class Fits(NamedTuple):
     used: np.ndarray
     """(C, K, L): which Dopplers the last fit used."""
     ends: np.ndarray
-    """(K, 2, L) m: 95 % interval of s by the likelihood; NaN where 1.96 standard deviations say the same."""
+    """(K, 2, L) m: 95 % interval of s by the likelihood, of fits that ended."""
 
 
 def fits(epochs: int, channels: int, lanes: int) -> Fits:
@@ -66,6 +68,7 @@ def fits(epochs: int, channels: int, lanes: int) -> Fits:
         status=np.zeros((epochs, lanes), np.int64),
         theta=np.full((epochs, UNKNOWNS, lanes), np.nan),
         covariance=np.full((epochs, UNKNOWNS, UNKNOWNS, lanes), np.nan),
+        spread=np.full((epochs, UNKNOWNS, UNKNOWNS, lanes), np.nan),
         unknowns=np.zeros((epochs, lanes), np.int64),
         chi2=np.full((epochs, lanes), np.nan),
         dof=np.zeros((epochs, lanes), np.int64),
@@ -143,10 +146,12 @@ def fit_pass(f, p, begin, stop, unknowns, robust, carried, out):
     weight = np.empty((channels, total))
     theta = np.empty(UNKNOWNS)
     start = np.empty(UNKNOWNS)
+    begin_at = np.empty(UNKNOWNS)
     info = np.empty((UNKNOWNS, UNKNOWNS))
     work = np.empty((UNKNOWNS, UNKNOWNS))
     lower = np.empty((UNKNOWNS, UNKNOWNS))
     covariance = np.empty((UNKNOWNS, UNKNOWNS))
+    spread = np.empty((UNKNOWNS, UNKNOWNS))
     gradient = np.empty(UNKNOWNS)
     t = np.empty(total)
     v = np.empty(total)
@@ -222,17 +227,18 @@ def fit_pass(f, p, begin, stop, unknowns, robust, carried, out):
             known = used >= fitted and covariance_of(info, fitted, covariance)
             if not ended or not known:
                 out.status[k, lane] = NOT_CONVERGED
-            elif at_bound:
-                out.status[k, lane] = AT_BOUND
             else:
-                out.status[k, lane] = FITTED
-                if covariance[1, 1] > (CURVED * min(theta[1], p.a - theta[1])) ** 2:
-                    interval(own, weight, epochs, p, theta, covariance, fitted, huber, ends)
-                    out.ends[k, 0, lane] = ends[0]
-                    out.ends[k, 1, lane] = ends[1]
+                out.status[k, lane] = AT_BOUND if at_bound else FITTED
             if known:
+                begin_at[:] = theta
+                if (at_bound or not ended) and scan(own, weight, epochs, p, begin_at) and fitted == 5:
+                    begin_at[4] = theta[4]
+                interval(own, weight, epochs, p, theta, begin_at, covariance, fitted, huber, ends, spread)
+                out.ends[k, 0, lane] = ends[0]
+                out.ends[k, 1, lane] = ends[1]
                 for i in range(UNKNOWNS):
                     for j in range(UNKNOWNS):
+                        out.spread[k, i, j, lane] = spread[i, j]
                         out.covariance[k, i, j, lane] = covariance[i, j]
             if k == stop - 1:
                 for c in range(channels):

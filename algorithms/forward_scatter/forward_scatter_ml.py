@@ -17,14 +17,15 @@ from algorithms.errors import RecordingError
 from algorithms.forward_scatter import fit, outputs, sequence
 from algorithms.forward_scatter.bound import position_bound
 from algorithms.forward_scatter.conditions import Conditions, Pair, conditions_of, pairs_of
-from algorithms.forward_scatter.estimate import estimate, held_where_thinned, without_one_receiver
-from algorithms.forward_scatter.likelihood import Problem
+from algorithms.forward_scatter.estimate import RIDGE, estimate, held_where_thinned, without_one_receiver
+from algorithms.forward_scatter.likelihood import LEAST_DISTANCE_M, Problem
 from algorithms.forward_scatter.lines import ROBUST
 from algorithms.forward_scatter.lines_method import answer_of, follow_pair, joined
 from algorithms.forward_scatter.measures import measure
 from algorithms.forward_scatter.outputs import OUTPUTS
 from algorithms.forward_scatter.parameters import ScatterParameters
 from algorithms.forward_scatter.piece import Arrays, Piece
+from algorithms.forward_scatter.profile import NORMAL_95
 from algorithms.forward_scatter.scoring import score_with
 from algorithms.forward_scatter.sensitivity import calibration_tables
 from algorithms.forward_scatter.tables import tabulate
@@ -134,6 +135,7 @@ def run(recording: DopplerPairs, parameters: LikelihoodParameters, context: RunC
         piece.put(arrays, "status", _STATUS[out.status])
         piece.put(arrays, "theta", out.theta)
         piece.put(arrays, "theta_covariance", out.covariance)
+        piece.put(arrays, RIDGE, out.spread)
         piece.put(arrays, "distance_interval_m", out.ends)
         piece.put(arrays, "chi2", out.chi2)
         piece.put(arrays, "dof", out.dof)
@@ -180,11 +182,18 @@ def _fall_back(piece: Piece, pairs: list[Pair], conditions: Conditions, arrays: 
         return
     theta = np.asarray(arrays["theta"], float)
     spread = np.asarray(arrays["theta_covariance"], float)
+    ends = np.asarray(arrays["distance_interval_m"], float)
     for k, lane in zip(*np.nonzero(usable), strict=True):
         row, trial = piece.rows[k], piece.lanes[lane]
         theta[row, :, trial] = answer.theta[k, :, lane]
         spread[row, :, :, trial] = answer.covariance[k, :, :, lane]
-        arrays["distance_interval_m"][row, :, trial] = np.nan
+        s, sd = answer.theta[k, 1, lane], np.sqrt(answer.covariance[k, 1, 1, lane])
+        # The formula's own error vanishes at the ends of the base line; what the likelihood allows does not.
+        low, high = np.fmin(ends[row, 0, trial], s - NORMAL_95 * sd), np.fmax(ends[row, 1, trial], s + NORMAL_95 * sd)
+        low, high = min(max(low, LEAST_DISTANCE_M), s), max(min(high, conditions.a - LEAST_DISTANCE_M), s)
+        ends[row, :, trial] = low, high
+        spread[row, :, :, trial] *= max(1.0, max(s - low, high - s) / (NORMAL_95 * sd)) ** 2
+        arrays[RIDGE][row, :, :, trial] = np.nan
         arrays["status"][row, trial] = outputs.FALLBACK
 
 

@@ -27,7 +27,7 @@ SCALE = (1.0, 1000.0, 10.0, 10.0, 1.0)
 LEAST_DISTANCE_M = 50.0
 PLACES = 39
 CAP_HZ2 = 25.0
-MOST_ROUNDS = 100
+MOST_ROUNDS = 150
 SMALL_STEP = 1e-9
 # Shares of the promised gain above which the damping falls, and below which it rises.
 MOST_KEPT = 0.75
@@ -194,6 +194,15 @@ def solve(info, right, damping, n, lower, step):
 
 
 @strict
+def along_ridge(theta, ds, dv, a):
+    """v_y after a step (ds, dv) of (s, v_y): of v_y / sqrt(s (a - s)), which the slope tells, the step is straight."""
+    here = theta[1] * (a - theta[1])
+    there = (theta[1] + ds) * (a - theta[1] - ds)
+    tangent = theta[2] * (a - 2.0 * theta[1]) * ds / (2.0 * here)
+    return (theta[2] + dv - tangent) * np.sqrt(there / here)
+
+
+@strict
 def minimise(f, weight, epochs, p, theta, unknowns, huber, info, gradient):
     """Go downhill from theta, in place; return the cost and whether it ended, with information and gradient there."""
     lower = np.empty((UNKNOWNS, UNKNOWNS))
@@ -221,6 +230,7 @@ def minimise(f, weight, epochs, p, theta, unknowns, huber, info, gradient):
             size = max(size, abs(step[i]))
             promised += 0.5 * step[i] * (gradient[i] + damping * info[i, i] * step[i])
         tried[1] = min(max(tried[1], LEAST_DISTANCE_M), p.a - LEAST_DISTANCE_M)
+        tried[2] = along_ridge(theta, tried[1] - theta[1], tried[2] - theta[2], p.a)
         lowered = cost_at(f, weight, epochs, p, tried, unknowns, huber)
         if lowered < cost:
             gain = cost - lowered

@@ -50,7 +50,7 @@ OUTPUTS = (
         "covariance",
         ("mark", "component", "component", "trial"),
         "m2",
-        "of the position east, north, up; the altitude is known",
+        "of the position east, north, up, of a fit along the curved ridge of its likelihood; the altitude is known",
     ),
     Output("track", ("mark", "trial"), "", "number of the pass, 0 = none"),
     Output("status", ("mark", "trial"), "", "what became of the row", STATUS),
@@ -70,8 +70,8 @@ OUTPUTS = (
         "distance_interval_m",
         ("mark", "end", "trial"),
         "m",
-        "95 % interval of the crossing distance: 1.96 standard deviations, or of a fit that is uncertain by more than "
-        "5 % of the distance to the nearer end, where its likelihood falls by as much",
+        "95 % interval of the crossing distance: 1.96 standard deviations, of a fit where its likelihood falls by as "
+        "much",
     ),
     Output("chi2", ("mark", "trial"), "1", "sum of squared residuals over the error's square, of all data so far"),
     Output("dof", ("mark", "trial"), "", "degrees of freedom of chi2"),

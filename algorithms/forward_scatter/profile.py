@@ -1,14 +1,20 @@
-"""The 95 % interval of s by its profile likelihood: how far s can be moved, the other unknowns following, before chi2
-rises by 3.84.
+"""The 95 % interval of s by its profile likelihood, and a covariance that knows of its curvature.
 
-The covariance is that of the tangent plane at the estimate. The error of s grows with its distance from both ends of
-the base line, so an estimate that came out too near to one claims too little: at ten times the paper's noise its
-s +- 1.96 sd covers 87 to 90 %. The likelihood itself knows of the curvature. Near the estimate both agree, and where
-the error is small only the covariance is computed.
+The covariance of a fit is that of the tangent plane at the estimate. But Dopplers tell the slope v_y^2 / (s (a - s))
+far better than s: what they allow is a long curved ridge. An estimate that came out too near to an end of the base
+line claims too little (at ten times the paper's noise s +- 1.96 sd covers 84 to 90 %), and an ellipse along the
+tangent misses the ridge (it covers 55 % there, 91 % at the paper's noise). So the ridge is followed: s
+is moved, the other unknowns following, until chi2 has risen by 3.84. The signed root r of the rise is nearly normal
+whatever the coordinates, so these places are the ends of the interval, and with the estimate they are three nodes of a
+quadrature over r ~ N(0, 1): the covariance about the estimate is the weighted mean of (theta(r) - best)
+(theta(r) - best)^T plus that of the other unknowns with s held. Where the ridge is straight both are those of the
+tangent plane.
+
+The search goes in ln(s / (a - s)), which never leaves the base line, with the slope kept.
 
 References
 ----------
-specification 6.1, 8.3; Wilks, S. S. The large-sample distribution of the likelihood ratio for testing composite
+specification 6.1, 6.4, 8.3; Wilks, S. S. The large-sample distribution of the likelihood ratio for testing composite
 hypotheses. Annals of Mathematical Statistics, 1938, vol. 9, pp. 60-62. Differences from the paper: it has no interval.
 """
 
@@ -16,25 +22,33 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.forward_scatter.likelihood import LEAST_DISTANCE_M, SCALE, cost_at, normal_equations, solve
+from algorithms.forward_scatter.likelihood import (
+    LEAST_DISTANCE_M,
+    SCALE,
+    cost_at,
+    covariance_of,
+    normal_equations,
+    solve,
+)
 from algorithms.forward_scatter.motion import UNKNOWNS
 from algorithms.toolbox.kernels import strict
 
 NORMAL_95 = 1.959964
-# Share of the distance to the nearer end of the base line above which the error of s is seen to be curved.
-CURVED = 0.05
 MOST_ROUNDS = 20
-MOST_PLACES = 8
+MOST_PLACES = 12
 ENOUGH = 0.01
+# Of ln(s / (a - s)) at once, and of one step over the one before.
+LARGEST_MOVE = 3.0
 FARTHEST_STEP = 3.0
+# Share of a bracket that a new place keeps from both its ends.
+LEAST_SHARE = 0.1
 # Cost by which a further round would change the end of the interval by less than a hundredth of itself.
 SMALL_GAIN = 1e-3
 
 
 @strict
-def cost_with_s_held(f, weight, epochs, p, theta, unknowns, huber):
-    """Go downhill in all unknowns but s, in place; return the cost."""
-    info = np.empty((UNKNOWNS, UNKNOWNS))
+def cost_with_s_held(f, weight, epochs, p, theta, unknowns, huber, info):
+    """Go downhill in all unknowns but s, in place; return the cost. `info` (5, 5) is left as it was near the end."""
     gradient = np.empty(UNKNOWNS)
     lower = np.empty((UNKNOWNS, UNKNOWNS))
     step = np.empty(UNKNOWNS)
@@ -69,38 +83,78 @@ def cost_with_s_held(f, weight, epochs, p, theta, unknowns, huber):
 
 
 @strict
-def interval(f, weight, epochs, p, best, covariance, unknowns, huber, ends):
-    """Put both ends of the 95 % interval of s into `ends` (2,); `covariance` is that of the estimate `best` (5,)."""
+def interval(f, weight, epochs, p, best, begin, covariance, unknowns, huber, ends, spread):
+    """Put both ends of the 95 % interval of s into `ends` (2,), and the covariance about `best` (5,) into `spread`.
+
+    `covariance` (5, 5) is that of the tangent plane at the estimate, which may stand at an end of the base line; then
+    that end is an end of the interval. `begin` (5,) is where the other unknowns are looked for: the estimate, or a
+    start of the scan where the estimate lies on a ridge that leads nowhere.
+    """
     least = cost_at(f, weight, epochs, p, best, unknowns, huber)
-    sd = np.sqrt(covariance[1, 1])
+    info = np.empty((UNKNOWNS, UNKNOWNS))
+    nodes = np.empty((2, UNKNOWNS))
+    held = np.empty((2, UNKNOWNS, UNKNOWNS))
+    roots = np.empty(2)
     theta = best.copy()
+    middle = np.log(best[1] / (p.a - best[1]))
+    # What one standard deviation is in the logarithm.
+    unit = np.sqrt(covariance[1, 1]) * p.a / (best[1] * (p.a - best[1]))
     for side in range(2):
         limit = LEAST_DISTANCE_M if side == 0 else p.a - LEAST_DISTANCE_M
-        away = -NORMAL_95 * sd if side == 0 else NORMAL_95 * sd
-        theta[:] = best
-        near, near_root = best[1], 0.0
-        far, far_root = np.nan, np.nan
-        s = best[1] + away
-        for _ in range(MOST_PLACES):
-            s = max(s, limit) if side == 0 else min(s, limit)
-            # The others begin where the ridge of the likelihood leads them.
-            moved = (s - theta[1]) / covariance[1, 1]
-            for i in range(unknowns):
-                if i != 1:
-                    theta[i] += covariance[i, 1] * moved
+        sign = -1.0 if side == 0 else 1.0
+        most = abs(np.log(limit / (p.a - limit)) - middle)
+        theta[:] = begin
+        near, near_root = 0.0, 0.0
+        far, far_root = np.inf, np.inf
+        move = min(NORMAL_95 * unit, LARGEST_MOVE)
+        root = 0.0
+        for place in range(MOST_PLACES):
+            move = min(move, most)
+            s = limit if move == most else p.a / (1.0 + np.exp(-(middle + sign * move)))
+            # The others begin where the ridge leads them: with the same slope at the crossing.
+            theta[2] *= np.sqrt(s * (p.a - s) / (theta[1] * (p.a - theta[1])))
+            if place == 0 and begin[1] == best[1]:
+                for i in range(unknowns):
+                    if i == 0 or i > 2:
+                        theta[i] += covariance[i, 1] * (s - best[1]) / covariance[1, 1]
             theta[1] = s
-            cost = cost_with_s_held(f, weight, epochs, p, theta, unknowns, huber)
+            cost = cost_with_s_held(f, weight, epochs, p, theta, unknowns, huber, info)
             root = np.sqrt(max(2.0 * (cost - least), 0.0))
-            if abs(root - NORMAL_95) < ENOUGH:
+            if abs(root - NORMAL_95) < ENOUGH or (root < NORMAL_95 and move == most):
                 break
             if root < NORMAL_95:
-                if s == limit:
-                    break
-                near, near_root = s, root
+                near, near_root = move, root
             else:
-                far, far_root = s, root
+                far, far_root = move, root
             if np.isfinite(far):
-                s = near + (far - near) * (NORMAL_95 - near_root) / (far_root - near_root)
+                share = (NORMAL_95 - near_root) / (far_root - near_root)
+                move = near + (far - near) * min(max(share, LEAST_SHARE), 1.0 - LEAST_SHARE)
             else:
-                s = best[1] + (s - best[1]) * min(NORMAL_95 / max(root, 0.1), FARTHEST_STEP)
-        ends[side] = s
+                move *= min(NORMAL_95 / max(root, 0.1), FARTHEST_STEP)
+        ends[side] = theta[1]
+        nodes[side] = theta
+        roots[side] = root
+        if not covariance_of(info, unknowns, held[side]):
+            held[side] = 0.0
+    _about_the_estimate(best, covariance, unknowns, nodes, held, roots, spread)
+
+
+@strict
+def _about_the_estimate(best, covariance, unknowns, nodes, held, roots, spread):
+    """Covariance by three nodes of r ~ N(0, 1): at `roots` (2,) below and above the estimate, and 0."""
+    # Nodes at -p, 0 and q have mean 0 and variance 1 with these weights; nearer ones, at an end of the base line, not.
+    p = max(roots[0], 1.0)
+    q = max(roots[1], 1.0)
+    weights = (1.0 / (p * (p + q)), 1.0 / (q * (p + q)))
+    middle = 1.0 - weights[0] - weights[1]
+    for i in range(UNKNOWNS):
+        for j in range(UNKNOWNS):
+            spread[i, j] = 0.0
+    for i in range(unknowns):
+        for j in range(unknowns):
+            total = middle * (covariance[i, j] - covariance[i, 1] * covariance[1, j] / covariance[1, 1])
+            for side in range(2):
+                conditional = held[side, i, j] if i != 1 and j != 1 else 0.0
+                apart = (nodes[side, i] - best[i]) * (nodes[side, j] - best[j])
+                total += weights[side] * (conditional + apart)
+            spread[i, j] = total

@@ -3,7 +3,7 @@
 
 /** @type {Record<string, string>} */
 export const words = {
-  "95 % interval of the crossing distance: 1.96 standard deviations, or of a fit that is uncertain by more than 5 % of the distance to the nearer end, where its likelihood falls by as much": "95 % интервал расстояния пересечения: 1,96 СКО, а у оценки, неопределённой больше чем на 5 % расстояния до ближнего конца базы, – где её правдоподобие падает настолько же",
+  "95 % interval of the crossing distance: 1.96 standard deviations, of a fit where its likelihood falls by as much": "95 % интервал расстояния пересечения: 1,96 СКО, а у подгонки – где её правдоподобие падает настолько же",
   // Algorithms
   "One receiver with azimuth": "Один приёмник с азимутом",
   "Slope of the Doppler at the crossing and rate of the azimuth give distance and velocity; an elevation gives the height.": "Крутизна доплеровской частоты в момент пересечения и скорость изменения азимута дают дальность и скорость; угол места даёт высоту.",
@@ -16,7 +16,7 @@ export const words = {
 
   // Outputs
   "instant of the estimate": "момент оценки",
-  "of the position east, north, up; the altitude is known": "положения (восток, север, верх); высота известна",
+  "of the position east, north, up, of a fit along the curved ridge of its likelihood; the altitude is known": "положения (восток, север, верх), у подгонки – вдоль изогнутого гребня правдоподобия; высота известна",
   "number of the pass, 0 = none": "номер пролёта, 0 = нет",
   "what became of the row": "что стало со строкой",
   "crossing time, crossing distance from the receivers, velocity across and along the base line, acceleration": "момент пересечения, дальность пересечения от приёмников, скорость поперёк и вдоль базы, ускорение",
