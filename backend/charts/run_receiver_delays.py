@@ -63,6 +63,8 @@ def _lines(recording: ToaMarks, entry: Entry, options: ChartOptions) -> tuple[li
                 options.number(late[rows]),
                 name=f"station {name}",
                 mode="lines+markers",
+                # Names of twenty grey lines would tell none from another, and take half of the chart.
+                showlegend=name in place,
                 line={"color": color, "width": 2.5 if bad else 1, "dash": theme.series_dash(place.get(name, 0))},
                 marker=marker,
                 error_y={

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,6 +104,20 @@ def suggest(names: Sequence[str], rows: Sequence[Sequence[str]], kind: Kind | No
         if fits and (best.kind is None or kind is not None or len(mapping) > len(best.mapping)):
             best = Suggestion(candidate, mapping)
     return best
+
+
+def in_other_unit(names: Iterable[str], known: Iterable[str]) -> list[tuple[str, str]]:
+    """Columns that are called as a native one but for another unit of its dimension, such as `altitude_ft`, with it."""
+    natives = {_words(native): native for native in known}
+    by_word = {plain: (native, native_unit(native)) for (plain, unit), native in natives.items() if unit}
+    out = []
+    for name in names:
+        plain, word = _words(name)
+        native, own = by_word.get(plain, ("", ""))
+        unit = _DIMENSION_UNITS.get((_UNIT_WORDS.get(word, word).lower(), UNITS[own].dimension)) if native else None
+        if unit is not None and unit != own:
+            out.append((name, native))
+    return out
 
 
 def _mapping(names: Sequence[str], rows: Sequence[Sequence[str]], kind: Kind) -> dict[str, ColumnSource]:

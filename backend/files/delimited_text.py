@@ -108,6 +108,13 @@ def read_delimited_text(content: Content, *, pointer: str = "/file") -> Delimite
     names = [n.strip() for n in cells or ()]
     if len(names) > 1 and not names[-1]:
         names.pop()
+    if first.lstrip().startswith("{"):
+        raise UnsupportedFormatError(
+            f"{content.name} is JSON, not a table of measurements.",
+            pointer=pointer,
+            remedy="Give a site as the site of the recording, and the measurements as CSV.",
+            code="no_columns",
+        )
     if len(names) < 2:
         raise UnsupportedFormatError(
             f"{content.name}: the first line is no list of column names (it begins with {first.strip()[:60]!r}).",

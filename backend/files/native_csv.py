@@ -12,6 +12,7 @@ import numpy as np
 
 from algorithms.errors import InputError, UnsupportedFormatError
 from algorithms.recording import AntennaPlots, DopplerPairs, Floats, Kind, PolarPlots, Recording, ToaMarks
+from backend.files.column_guess import in_other_unit
 from backend.files.columns import Columns, TimedColumns, read_timed_columns
 from backend.files.native_columns import (
     CHANNEL_SETS,
@@ -98,6 +99,15 @@ def _warn_about_ignored(selection: Selection, known: Sequence[str], findings: Fi
             "columns_ignored",
             f"Columns that nothing reads: {some(n or '(without a name)' for n in ignored)}.",
             len(ignored),
+        )
+    offered = {n for n in selection.rows.names if n} | set(selection.mapping)
+    meant = [(name, native) for name, native in in_other_unit(ignored, known) if native not in offered]
+    if meant:
+        findings.warn(
+            "column_in_other_unit",
+            f"{some(f'{n!r} looks like {native!r} in another unit' for n, native in meant)}: it is not read. "
+            "Read the recording again with a mapping that names the column and its unit.",
+            len(meant),
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.errors import InputError
-from algorithms.recording import Recording, ToaMarks
+from algorithms.recording import PolarPlots, Recording, ToaMarks
 from algorithms.site import Site
 from backend.files.report import Findings, some
 
@@ -15,6 +15,9 @@ _HIGH_M = 15_000.0
 # Altitudes are sent in steps of 25 or 100 ft; in metres such a grid is an accident.
 _FEET_STEP = 25.0
 _ENOUGH = 5
+_ENOUGH_AZIMUTHS = 50
+# How near azimuths come to both ends of a turn of radians that is filled.
+_NEAR_END = 0.3
 _CHECKED_MARKS = 2_000
 _ASSUMED_SIGMA_NS = 100.0
 
@@ -48,6 +51,27 @@ def look_at_altitudes(recording: Recording, findings: Findings) -> None:
             f"Altitudes up to {known.max():.0f} m in steps of 25: if they are feet, read the recording again with "
             "the unit ft in the mapping of altitude_m.",
             int(high.sum()),
+        )
+
+
+def look_at_azimuths(recording: Recording, findings: Findings) -> None:
+    """Warn where azimuths in degrees fill one turn of radians and nothing else.
+
+    A sector of 6.28 degrees that begins at north, or lies evenly about it, and is filled to both ends is an accident.
+    """
+    if not isinstance(recording, PolarPlots):
+        return
+    known = (np.degrees(recording.azimuth_rad[np.isfinite(recording.azimuth_rad)]) + 180.0) % 360.0 - 180.0
+    if len(known) < _ENOUGH_AZIMUTHS:
+        return
+    low, high = float(known.min()), float(known.max())
+    turns = ((0.0, 2 * np.pi), (-np.pi, np.pi))
+    if any(0 <= low - first < _NEAR_END and 0 <= last - high < _NEAR_END for first, last in turns):
+        findings.warn(
+            "azimuth_unit_suspect",
+            f"All azimuths lie between {low:.2f} and {high:.2f} degrees: if they are radians, read the recording again "
+            "with the unit rad in the mapping of azimuth_deg.",
+            len(known),
         )
 
 

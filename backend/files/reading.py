@@ -30,7 +30,7 @@ from backend.files.merging import (
 from backend.files.mixed_radars import look_at_radars
 from backend.files.options import ColumnSource, ReadLimits, ReadOptions
 from backend.files.packing import with_members
-from backend.files.plausibility import check_time_differences, look_at_altitudes, look_at_times
+from backend.files.plausibility import check_time_differences, look_at_altitudes, look_at_azimuths, look_at_times
 from backend.files.reader import Part, Reader, Source, readers_by_name
 from backend.files.report import Findings, ReadReport, ReadWarning, Rejection, some
 from backend.files.rows import without_place
@@ -93,6 +93,7 @@ def read_recording(
     recording = _with_start(recording, part.epoch_s, options.start_utc)
     look_at_times(recording, findings)
     look_at_altitudes(recording, findings)
+    look_at_azimuths(recording, findings)
     if isinstance(recording, PolarPlots):
         look_at_radars(recording, findings)
     if isinstance(recording, ToaMarks) and recording.site is not None:

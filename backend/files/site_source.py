@@ -89,6 +89,14 @@ def _read_table(data: bytes, findings: Findings) -> SensorTable:
         path.write_bytes(data)
         content = inspect(NamedFile("the sensor table", path), limits, own, pointer="/site")
         rows = open_rows(content, limits, pointer="/site")
+        if not set(_TABLE_COLUMNS) & set(rows.names):
+            raise InputError(
+                f"The site is neither Site JSON nor a sensor table: its columns are {some(rows.names)}.",
+                pointer="/site",
+                remedy="Give the places of the stations or radars as JSON, or a table with the columns serial, "
+                "latitude, longitude and height; measurements go into the recording itself.",
+                code="missing_column",
+            )
         for name in _TABLE_COLUMNS:
             require_column(rows, name, "/site")
         mapping = {

@@ -25,6 +25,8 @@ import { chartTable } from "./chart-table.js";
 
 const CONFIG = { displaylogo: false, showSendToCloud: false, plotlyServerURL: "", displayModeBar: false, doubleClick: "reset+autosize" };
 const NARROW_PX = 480;
+// A change of the height by which titles are set anew.
+const TITLES_PX = 60;
 // Points of a curve; marks are drawn one by one up to ten times as many for each entry. SVG draws these at once.
 const POINTS = 1500;
 // More points than this would stop the browser for seconds; they are in the CSV.
@@ -41,6 +43,8 @@ export class ChartPanel extends HTMLElement {
   /** @type {Set<string>} labels whose traces are hidden */
   hiddenLabels = new Set();
   full = false;
+  /** Of the drawn chart, px. */
+  height = 0;
   panning = false;
   /** @type {Figure | null} */
   figure = null;
@@ -162,6 +166,7 @@ export class ChartPanel extends HTMLElement {
     }
     if (plot.parentElement !== body) put(body, dots.canvas, plot, cursor.overlay);
     const narrow = body.clientWidth < NARROW_PX;
+    this.height = body.clientHeight;
     const dressed = this.dress(figure, narrow);
     dressed.layout.dragmode = this.panning ? "pan" : "zoom";
     if (this.span && isOverTime(figure)) dressed.layout.xaxis = { ...dressed.layout.xaxis, range: [...this.span], autorange: false };
@@ -187,7 +192,7 @@ export class ChartPanel extends HTMLElement {
    * @param {boolean} [dots] whether crowds of markers are painted apart
    */
   dress(figure, narrow, dots = true) {
-    return dressFigure(figure, { colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, font: getComputedStyle(this).fontFamily, dots });
+    return dressFigure(figure, { colours: chartColours(), dark: isDark(), hidden: this.hiddenLabels, narrow, width: this.body?.clientWidth ?? 0, height: this.height, font: getComputedStyle(this).fontFamily, dots });
   }
 
   /** Remember the ranges that the reader chose, or forget them when all is shown again. @param {Record<string, any>} change */
@@ -306,7 +311,8 @@ export class ChartPanel extends HTMLElement {
   fit() {
     const { plot, plotly, body } = this;
     if (!plot?._fullLayout || !plotly || !body || plot.parentElement !== body || !body.clientWidth) return;
-    if ((body.clientWidth < NARROW_PX) !== this.narrow) this.draw();
+    // Titles are as large as a low chart has room for.
+    if ((body.clientWidth < NARROW_PX) !== this.narrow || Math.abs(body.clientHeight - this.height) > TITLES_PX) this.draw();
     else plotly.Plots.resize(plot);
   }
 }

@@ -4,7 +4,7 @@
 import { h, put } from "../js/dom.js";
 import { apiUrl, get, getText } from "../js/api.js";
 import { language, metricName, said, t, told } from "../js/i18n.js";
-import { formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
+import { formatBounds, formatCount, formatDuration, formatExact, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { swatch } from "../js/palette.js";
 import { follow } from "../js/live.js";
 import { recordingsOf, requestOf } from "../js/runs.js";
@@ -106,11 +106,12 @@ function swatchInline(index) {
 export function metricCell(row, best) {
   const value = /** @type {number | null} */ (row.value);
   const unit = String(row.unit ?? "");
-  const text = String(row.metric).endsWith("_share") ? formatShare(value) : formatQuantity(value, unit);
+  const share = String(row.metric).endsWith("_share");
+  const text = share ? formatShare(value) : formatQuantity(value, unit);
   const low = /** @type {number | null} */ (row.ci95_low ?? null);
   const high = /** @type {number | null} */ (row.ci95_high ?? null);
   return [h("span", { class: best ? "best" : null }, text),
-    low === null || high === null ? null : h("span", { class: "interval" }, ` ${formatNumber(low)}…${formatNumber(high)}`)];
+    low === null || high === null ? null : h("span", { class: "interval" }, ` ${formatBounds(low, high, value, share ? "share" : unit)}`)];
 }
 
 /**

@@ -4,7 +4,7 @@
 import { associationsOf } from "../js/association-verdict.js";
 import { h } from "../js/dom.js";
 import { t } from "../js/i18n.js";
-import { formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
+import { formatBounds, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { verdictOf } from "../js/verdict.js";
 
 /** @import { Summary } from "../types.d.ts" */
@@ -40,7 +40,7 @@ function associationWords(one) {
 /** @param {Ranked} one */
 function amount(one) {
   const value = formatQuantity(one.value, "m");
-  return one.low === null || one.high === null ? value : `${value} (${formatNumber(one.low)}…${formatNumber(one.high)})`;
+  return one.low === null || one.high === null ? value : `${value} (${formatBounds(one.low, one.high, one.value, "m")})`;
 }
 
 /** @param {Sentence} one @returns {string} */

@@ -1,7 +1,7 @@
 // @ts-check
 // Simulated trials as the source of a run: which scenario, how many trials from which seed, and what is swept.
 
-import { define, focusNear, h, put, uniqueId } from "../js/dom.js";
+import { define, focusNear, h, put, showChosen, uniqueId } from "../js/dom.js";
 import { icon } from "../js/icons.js";
 import { said, t } from "../js/i18n.js";
 import { parseNumber } from "../js/numbers.js";
@@ -123,6 +123,7 @@ export class ScenarioSource extends HTMLElement {
         h("div", { class: "field" }, h("label", { for: seed, class: "small muted" }, t("scenarios.seed")), number(seed, this.seed, isSeed, (text) => { this.seed = text; }))),
       h("h3", null, t("trials.sweep")),
       this.sweepBox);
+    showChosen(this.querySelector(".picker"));
     this.drawState();
     this.drawSweep();
   }

@@ -5,6 +5,9 @@ import { define, h, put, uniqueId } from "../js/dom.js";
 
 /** @typedef {{name: string, title: string, draw: () => Node}} Tab */
 
+// How much of the tab beside the chosen one is shown, so that there seems to be one.
+const NEXT_PX = 24;
+
 export class TabBar extends HTMLElement {
   /** @type {Tab[]} */
   tabs = [];
@@ -44,10 +47,19 @@ export class TabBar extends HTMLElement {
       const chosen = button.id === `${this.ids}-${tab.name}`;
       button.setAttribute("aria-selected", String(chosen));
       button.tabIndex = chosen ? 0 : -1;
+      if (chosen) this.bring(button);
     }
     this.panel.setAttribute("aria-labelledby", `${this.ids}-${tab.name}`);
     put(this.panel, tab.draw());
     if (tell) this.onchoose(tab.name);
+  }
+
+  /** On a phone not all tabs have room: the chosen one is brought into sight, the page stays where it is. @param {Element} button */
+  bring(button) {
+    const list = /** @type {HTMLElement} */ (this.list);
+    const [box, own] = [list.getBoundingClientRect(), button.getBoundingClientRect()];
+    if (own.right > box.right) list.scrollLeft += own.right - box.right + NEXT_PX;
+    else if (own.left < box.left) list.scrollLeft -= box.left - own.left + NEXT_PX;
   }
 
   /** Put new words on a tab. @param {string} name @param {string} title */

@@ -3,7 +3,7 @@
 
 import { h, put } from "../js/dom.js";
 import { metricName, said, t, told } from "../js/i18n.js";
-import { formatCount, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
+import { formatBounds, formatCount, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { follow } from "../js/live.js";
 import { loadTable } from "../js/tables.js";
 import { metricCell } from "./run-tabs.js";
@@ -113,7 +113,7 @@ export function comparisonsTab(run) {
       { title: t("trials.against"), cell: (row) => row.against, sort: (row) => String(row.against) },
       ...sweptColumns(swept),
       { title: t("trials.leg"), cell: (row) => row.segment || t("metrics.all"), sort: (row) => String(row.segment ?? "") },
-      { title: t("trials.difference"), number: true, cell: (row) => [formatQuantity(number(row, "difference"), String(row.unit ?? "")), interval(row, "ci95_low", "ci95_high")], sort: (row) => number(row, "difference") },
+      { title: t("trials.difference"), number: true, cell: (row) => [formatQuantity(number(row, "difference"), String(row.unit ?? "")), interval(row, "ci95_low", "ci95_high", "difference")], sort: (row) => number(row, "difference") },
       { title: t("trials.ratio"), number: true, cell: (row) => [formatNumber(number(row, "ratio"), 3), interval(row, "ratio_low", "ratio_high")], sort: (row) => number(row, "ratio") },
       { title: t("trials.verdict"), cell: (row) => told(`trials.verdict_${row.verdict}`, String(row.verdict)), sort: (row) => String(row.verdict) },
     ]);
@@ -121,10 +121,10 @@ export function comparisonsTab(run) {
   });
 }
 
-/** @param {Row} row @param {string} low @param {string} high */
-function interval(row, low, high) {
+/** @param {Row} row @param {string} low @param {string} high @param {string} [value] whose bounds they are; without it they have no unit */
+function interval(row, low, high, value = "") {
   const [from, to] = [number(row, low), number(row, high)];
-  return from === null || to === null ? null : h("span", { class: "interval" }, ` ${formatNumber(from)}…${formatNumber(to)}`);
+  return from === null || to === null ? null : h("span", { class: "interval" }, ` ${formatBounds(from, to, number(row, value), value ? String(row.unit ?? "") : "")}`);
 }
 
 /** @param {Run} run */
@@ -152,7 +152,7 @@ export function claimsTab(run) {
       { title: t("claims.figure"), cell: (row) => said(String(row.figure ?? "")) },
       { title: t("claims.claim"), wide: true, cell: (row) => said(String(row.claim)) },
       { title: t("claims.paper"), cell: (row) => said(String(row.paper)) },
-      { title: t("claims.ours"), number: true, cell: (row) => [formatQuantity(number(row, "value"), said(String(row.unit ?? ""))), interval(row, "ci95_low", "ci95_high")] },
+      { title: t("claims.ours"), number: true, cell: (row) => [formatQuantity(number(row, "value"), said(String(row.unit ?? ""))), interval(row, "ci95_low", "ci95_high", "value")] },
       { title: t("trials.verdict"), cell: (row) => h("strong", { class: `claim ${row.verdict}` }, told(`claims.${row.verdict}`, String(row.verdict))) },
       { title: t("claims.reason"), wide: true, cell: (row) => said(String(row.reason)) },
     ]);

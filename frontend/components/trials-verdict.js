@@ -4,7 +4,7 @@
 import { associationsOverTrials } from "../js/association-verdict.js";
 import { h, put } from "../js/dom.js";
 import { t } from "../js/i18n.js";
-import { formatCount, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
+import { formatBounds, formatCount, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { loadTable } from "../js/tables.js";
 import { joined, trialVerdict } from "../js/trial-verdict.js";
 
@@ -43,7 +43,7 @@ function associationWords({ shares, ranges }) {
 
 /** @param {Amount} one @param {(value: number) => string} words */
 function amount(one, words) {
-  return one.low === null || one.high === null ? words(one.value) : `${words(one.value)} (${formatNumber(one.low)}…${formatNumber(one.high)})`;
+  return one.low === null || one.high === null ? words(one.value) : `${words(one.value)} (${formatBounds(one.low, one.high, one.value, words === metres ? "m" : "")})`;
 }
 
 const metres = (/** @type {number} */ value) => formatQuantity(value, "m");

@@ -75,6 +75,17 @@ export function put(element, ...children) {
 }
 
 /**
+ * Bring what is chosen in a list that is scrolled by itself into sight, where it is not; the page stays where it is.
+ * @param {Element | null | undefined} list
+ */
+export function showChosen(list) {
+  const chosen = list?.querySelector("input:checked")?.closest("label");
+  if (!list || !chosen) return;
+  const [box, own] = [list.getBoundingClientRect(), chosen.getBoundingClientRect()];
+  if (own.top < box.top || own.bottom > box.bottom) list.scrollTop += own.top - box.top - (box.height - own.height) / 2;
+}
+
+/**
  * Where the focus goes on when one of several was taken away and the rest drawn anew: to what removes the one that took
  * its place, else the last one; to what adds one where none is left.
  * @param {ParentNode | null | undefined} place

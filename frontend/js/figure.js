@@ -15,6 +15,11 @@ const THEMED = { truth: "text", station: "text", measurement: "measurement", bou
 // Letters of ticks, and the room of the axis on the narrowest page.
 const LETTER_PX = 6;
 const NARROWEST_PX = 280;
+const LEGEND_ROW_PX = 19;
+// Width of a letter, of its height; of Cyrillic ones, which are wider.
+const LETTER_SHARE = 0.64;
+// Letters that are still read.
+const SMALLEST_TITLE = 9;
 
 /** Few to many: the server's sequence for light surfaces, and what stands for each colour on dark ones. */
 const SEQUENCE = {
@@ -24,11 +29,11 @@ const SEQUENCE = {
 /**
  * The figure as the page shows it: a changed copy.
  * @param {Figure} figure
- * @param {{colours: Colours, dark: boolean, hidden: Set<string>, font: string, narrow: boolean, dots?: boolean}} look
+ * @param {{colours: Colours, dark: boolean, hidden: Set<string>, font: string, narrow: boolean, width?: number, height?: number, dots?: boolean}} look
  *   `dots`: crowds of markers are left to the canvas
  * @returns {Figure}
  */
-export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots = true }) {
+export function dressFigure(figure, { colours, dark, hidden, font, narrow, width = 0, height = 0, dots = true }) {
   const named = Boolean(figure.layout.meta?.legend);
   const dressed = figure.data.map((trace) => dressTrace(trace, { colours, dark, hidden, named }));
   const painted = dots ? dressed.map(withDots) : dressed;
@@ -43,6 +48,7 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
   // The chips are the legend of the entries; what belongs to none has one of its own, and so has a chart that asks for it.
   layout.showlegend = data.some((trace) => trace.showlegend);
   layout.legend = { orientation: "h", x: 0, y: 1, xanchor: "left", yanchor: "bottom", font: { size: 11 }, traceorder: "normal" };
+  const legend = layout.showlegend ? legendHeight(data.filter((trace) => trace.showlegend).map((trace) => String(trace.name ?? "")), width) : 0;
   layout.autosize = true;
   layout.uirevision = "kept";
   layout.margin = { l: narrow ? 48 : 58, r: 12, t: 8, b: narrow ? 36 : 40, pad: 0 };
@@ -50,10 +56,12 @@ export function dressFigure(figure, { colours, dark, hidden, font, narrow, dots 
   layout.hovermode = isOverTime(figure) && !data.some((trace) => trace.type === "heatmap") ? false : "closest";
   for (const name of Object.keys(layout)) {
     if (!/^[xy]axis\d*$/.test(name)) continue;
+    const title = titleInWords(axisTitle(layout[name]));
+    const size = narrow ? 11 : 12;
     layout[name] = {
       ...layout[name],
       ...(narrow ? fewerTicks(layout[name]) : {}),
-      title: { ...layout[name].title, text: titleInWords(axisTitle(layout[name])), font: { size: isLow(layout[name]) ? 10 : narrow ? 11 : 12 } },
+      title: { ...layout[name].title, text: title, font: { size: name.startsWith("y") ? titleSize(title, layout[name].domain, size, height - legend) : size } },
       color: colours.text,
       gridcolor: colours.grid,
       zerolinecolor: colours.line,
@@ -93,9 +101,30 @@ function keyOf(painted, dressed) {
   return [{ type: "scatter", mode: "markers", x: [null], y: [null], name: dressed.name, marker: dressed.marker, legendgroup: dressed.legendgroup, visible: dressed.visible, showlegend: true, hoverinfo: "skip", meta: {} }];
 }
 
-/** Whether an axis has so little of the height that its name must be small, beside those of the panels above and below. @param {any} axis */
-function isLow({ domain }) {
-  return Array.isArray(domain) && domain[1] - domain[0] < 0.3;
+/**
+ * How high a legend above the plot is, px, as Plotly lays it out: columns as wide as the longest name.
+ * @param {string[]} names
+ * @param {number} width of the chart
+ */
+function legendHeight(names, width) {
+  const columns = Math.max(1, Math.floor((width - 130) / (45 + LETTER_PX * Math.max(...names.map((name) => name.length)))));
+  return LEGEND_ROW_PX * Math.ceil(names.length / columns);
+}
+
+/**
+ * Size of the letters of an upright title: smaller where it would run into those of the panels above and below, or out
+ * of a low chart.
+ * @param {string} title
+ * @param {[number, number] | undefined} domain of the axis, parts of the plot's height
+ * @param {number} size where there is room
+ * @param {number} height of the chart without its legend, px; not positive = not known
+ */
+export function titleSize(title, domain, size, height) {
+  if (height <= 0 || !title) return size;
+  const share = domain ? domain[1] - domain[0] : 1;
+  // Above the plot and below it a title may reach into the margins.
+  const room = share * (height - 48) + (share === 1 ? 24 : 0);
+  return Math.max(SMALLEST_TITLE, Math.min(size, Math.floor(room / (LETTER_SHARE * title.length))));
 }
 
 /** Axes in space. @param {any} scene @param {Colours} colours */

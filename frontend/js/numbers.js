@@ -4,6 +4,7 @@
 import { said } from "./i18n.js";
 
 const THIN = "\u202f";
+const KILOMETRES_FROM_M = 10_000;
 
 /**
  * Read a number as a person types it: `1e3`, `0,5`, `1 000`, `100 m` (only the field's own unit).
@@ -13,7 +14,8 @@ const THIN = "\u202f";
  */
 export function parseNumber(text, unit = "") {
   let body = text.trim().replace(/\u2212/g, "-");
-  if (unit && body.toLowerCase().endsWith(unit.toLowerCase())) body = body.slice(0, body.length - unit.length).trim();
+  // A unit of digits, as "1" of what has none, is no unit: taken off 0.91 it would leave 0.9.
+  if (/^\D+$/.test(unit) && body.toLowerCase().endsWith(unit.toLowerCase())) body = body.slice(0, body.length - unit.length).trim();
   body = body.replace(/(?<=\d)[\s\u00a0\u2009\u202f](?=\d{3}(?!\d))/g, "");
   if ((body.match(/,/g) ?? []).length === 1 && !body.includes(".")) body = body.replace(",", ".");
   if (!/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(body)) return null;
@@ -69,10 +71,22 @@ export function formatShare(share) {
  */
 export function formatQuantity(value, unit) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
-  if (unit === "m" && Math.abs(value) >= 10000) return `${formatNumber(value / 1000)} ${said("km")}`;
+  if (unit === "m" && Math.abs(value) >= KILOMETRES_FROM_M) return `${formatNumber(value / 1000)} ${said("km")}`;
   if (unit && unit !== "1") return `${formatNumber(value)} ${said(unit)}`;
   // A count, such as that of tracks: decimals would say that it was measured.
   return Number.isInteger(value) ? formatCount(value) : formatNumber(value);
+}
+
+/**
+ * Show the bounds of a value, in the unit in which the value itself is shown.
+ * @param {number} low
+ * @param {number} high
+ * @param {number | null} value
+ * @param {string} unit `share` = a share, shown in per cent
+ */
+export function formatBounds(low, high, value, unit) {
+  const scale = unit === "share" ? 100 : unit === "m" && Math.abs(value ?? 0) >= KILOMETRES_FROM_M ? 1e-3 : 1;
+  return `${formatNumber(low * scale)}…${formatNumber(high * scale)}`;
 }
 
 /**

@@ -73,7 +73,8 @@ function fieldOf(name, property, definitions) {
     name,
     title: said(property.title ?? name.charAt(0).toUpperCase() + name.slice(1).replaceAll("_", " ")),
     description: said(property.description ?? ""),
-    unit: said(property.unit ?? ""),
+    // A number without a unit has "1" there; shown behind it, it would be read as a digit of it.
+    unit: property.unit === "1" ? "" : said(property.unit ?? ""),
     symbol: property.symbol ?? "",
     group: property.group ?? "measurement",
     advanced: property.advanced ?? false,

@@ -1,7 +1,7 @@
 // @ts-check
 // Compose a run: where the marks come from at the left, what is done with them at the right, start below.
 
-import { define, h, put, uniqueId } from "../js/dom.js";
+import { define, h, put, showChosen, uniqueId } from "../js/dom.js";
 import { Problem, get, listAll, post } from "../js/api.js";
 import { said, t } from "../js/i18n.js";
 import { throttled, watch } from "../js/live.js";
@@ -191,6 +191,7 @@ class NewPage extends HTMLElement {
       this.showReport(recording);
       this.drawBeside();
       for (const radio of this.picker?.querySelectorAll("input") ?? []) radio.checked = radio.value === id;
+      showChosen(this.picker);
     } catch (error) {
       if (this.stop?.signal.aborted) return;
       this.recording = null;

@@ -2,7 +2,7 @@
 // Scenarios: choose a preset, change it, see at once what it makes; keep a recording of it or take it to a new run.
 // The address holds everything: `preset`, `parameters` (JSON of what differs from the preset) and `seed`.
 
-import { define, h, put, uniqueId } from "../js/dom.js";
+import { define, h, put, showChosen, uniqueId } from "../js/dom.js";
 import { Problem, apiUrl, get, post } from "../js/api.js";
 import { said, t, told } from "../js/i18n.js";
 import { rememberQuery, routeTo } from "../js/router.js";
@@ -115,6 +115,7 @@ class ScenariosPage extends HTMLElement {
   show(scenario, values) {
     this.scenario = scenario;
     for (const radio of this.picker?.querySelectorAll("input") ?? []) radio.checked = radio.value === scenario.name;
+    showChosen(this.picker);
     if (this.tracks) this.tracks.hidden = !takesTracks(scenario.parameters_schema);
     if (this.preview) this.preview.kind = scenario.kind;
     this.editor?.setScenario(scenario.parameters_schema, values);

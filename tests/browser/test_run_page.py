@@ -82,6 +82,24 @@ _DOT = """(panel) => {
 }"""
 
 
+def test_the_chosen_tab_is_in_sight_on_a_phone(visit: Callable[..., Visit]) -> None:
+    visited = visit(viewport={"width": 360, "height": 800})
+    page = visited.open("#/runs")
+    visited.open(sample_run(page) + "?tab=export")
+    inside = """(tab) => {
+        const [own, box] = [tab.getBoundingClientRect(), tab.parentElement.getBoundingClientRect()];
+        return own.left >= box.left && own.right <= box.right + 1;
+    }"""
+    export = page.get_by_role("tab", name="Export")
+    expect(export).to_have_attribute("aria-selected", "true")
+    assert export.evaluate(inside)
+    export.press("Home")
+    metrics = page.get_by_role("tab", name="Metrics")
+    expect(metrics).to_be_focused()
+    assert metrics.evaluate(inside)
+    assert not export.evaluate(inside)
+
+
 def test_a_crowd_of_marks_is_painted_and_no_burden(visit: Callable[..., Visit]) -> None:
     visited = visit(viewport={"width": 1366, "height": 1600})
     page = open_run(visited)

@@ -86,6 +86,21 @@ def test_from_a_preset_to_a_recording(visit: Callable[..., Visit]) -> None:
     assert all("422" in text for text in visited.complaints), visited.complaints
 
 
+def test_a_probability_is_taken_to_its_last_digit(visit: Callable[..., Visit]) -> None:
+    visited = visit()
+    page = visited.open("#/scenarios?preset=wide_turn")
+    # What the address names is in sight in the long list of presets.
+    expect(page.locator(".picker label:has(:checked)")).to_be_in_viewport(ratio=0.9)
+    field = page.get_by_label("Detection probability", exact=True)
+    field.fill("0.91")
+    page.wait_for_function("() => decodeURIComponent(location.hash).includes('\"detection_probability\":0.91')")
+    field.fill("0.71")
+    page.wait_for_function("() => decodeURIComponent(location.hash).includes('\"detection_probability\":0.71')")
+    field.fill("1")
+    expect(field).not_to_have_attribute("aria-invalid", "true")
+    visited.assert_clean()
+
+
 def test_json_is_pasted_and_a_field_goes_back_by_keyboard(visit: Callable[..., Visit]) -> None:
     page = visit().open("#/scenarios?preset=four_station_incomplete&seed=5")
     fresh(page)

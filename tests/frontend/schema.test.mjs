@@ -26,6 +26,12 @@ test("fields come group by group with their types", () => {
   assert.deepEqual(FIELDS.process_noise.choices[1], { value: "white", meaning: "white jerk" });
 });
 
+test("a share is read to its last digit, which is no unit", () => {
+  const [field] = fieldsOf({ properties: { share: { type: "number", unit: "1", minimum: 0, maximum: 1, default: 0.9, title: "Share" } } });
+  assert.equal(field.unit, "");
+  for (const [text, value] of [["0.91", 0.91], ["1", 1], ["0.01", 0.01]]) assert.deepEqual(readField(field, text), { value });
+});
+
 test("an empty field shows the site's value, else the fallback, else the default", () => {
   const field = FIELDS.sigma_toa_ns;
   assert.deepEqual(placeholderOf(field, null), { text: "10", source: "fallback" });

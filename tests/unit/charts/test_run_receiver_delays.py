@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from algorithms.result import Table
+from backend.charts import run_receiver_delays
 from backend.charts.run_receiver_delays import CHART
 from backend.charts.view import ChartOptions, Figure, RunView
 from tests import chart_views
@@ -38,6 +40,13 @@ def test_each_station_has_its_line_with_two_standard_deviations() -> None:
     assert set(traces) == {"station west", "station east", "station north", "station middle"}
     np.testing.assert_allclose(traces["station north"]["y"], 2.0)
     np.testing.assert_allclose(traces["station north"]["error_y"]["array"], 4.0)
+
+
+def test_of_many_stations_only_those_in_colours_have_names_beside_the_chart(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert all(t.get("showlegend", True) for t in drawn(view())["data"])
+    monkeypatch.setattr(run_receiver_delays, "MOST_COLOURED", 3)
+    shown = {t["name"] for t in drawn(view())["data"] if t.get("showlegend", True)}
+    assert shown == {"station east"}
 
 
 def test_the_suspect_is_strong_on_top_and_explained(note_of) -> None:

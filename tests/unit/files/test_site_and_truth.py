@@ -89,6 +89,18 @@ def test_site_that_is_no_site(read, text):
     assert e.value.pointer.startswith("/site")
 
 
+def test_measurements_and_site_in_each_others_place(read):
+    with pytest.raises(InputError, match="neither Site JSON nor a sensor table: its columns are time_s") as e:
+        read(MARKS, site=MARKS)
+    assert (e.value.code, e.value.pointer) == ("missing_column", "/site")
+    assert "measurements go into the recording" in e.value.remedy
+    site = {"stations": [{"name": "north", "east_m": 5, "north_m": 6}]}
+    for text in (json.dumps(site), json.dumps(site, indent=1)):
+        with pytest.raises(InputError, match="is JSON, not a table of measurements") as e:
+            read(text)
+        assert (e.value.code, e.value.pointer) == ("no_columns", "/file")
+
+
 def test_broken_site_json(read):
     with pytest.raises(InputError) as e:
         read(MARKS, site='{"stations": [')

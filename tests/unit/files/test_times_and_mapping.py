@@ -93,6 +93,35 @@ def test_altitudes_in_feet(read, step, suspect):
 
 
 @pytest.mark.parametrize(
+    ("first", "last", "suspect"),
+    [(0.0, 6.28, True), (-3.14, 3.14, True), (0.0, 359.0, False), (20.0, 26.0, False), (1.0, 5.0, False)],
+)
+def test_azimuths_in_radians(read, first, last, suspect):
+    rows = "".join(f"{i * 0.05},{20_000 + 10 * i},{first + (last - first) * i / 99}\n" for i in range(100))
+    _, report = read("time_s,range_m,azimuth_deg\n" + rows)
+    assert ("azimuth_unit_suspect" in [w.code for w in report.warnings]) is suspect
+    # As what they are they raise no suspicion.
+    if suspect:
+        _, report = read(
+            "time_s,range_m,azimuth_deg\n" + rows, mapping={"azimuth_deg": {"column": "azimuth_deg", "unit": "rad"}}
+        )
+        assert "azimuth_unit_suspect" not in [w.code for w in report.warnings]
+
+
+@pytest.mark.parametrize(("name", "said"), [("altitude_ft", True), ("Altitude (ft)", True), ("remark_ft", False)])
+def test_a_column_in_another_unit_is_named(read, warning, name, said):
+    text = f"time_s,toa_A_ns,toa_B_ns,{name}\n1,5,6,30000\n"
+    _, report = read(text)
+    codes = [w.code for w in report.warnings]
+    assert ("column_in_other_unit" in codes) is said
+    if said:
+        assert f"{name!r} looks like 'altitude_m'" in warning(report, "column_in_other_unit").detail
+        recording, report = read(text, mapping={"altitude_m": {"column": name, "unit": "ft"}})
+        assert report.warnings == ()
+        np.testing.assert_allclose(recording.altitude_m, [[9144.0]])
+
+
+@pytest.mark.parametrize(
     ("unit", "value", "metres"),
     [("m", "5", 5), ("km", "5", 5000), ("ft", "1000", 304.8), ("FL", "330", 10058.4), ("NM", "1", 1852)],
 )
