@@ -6,10 +6,10 @@ import { h, put } from "../js/dom.js";
 import { t } from "../js/i18n.js";
 import { formatBounds, formatCount, formatNumber, formatQuantity, formatShare } from "../js/numbers.js";
 import { loadTable } from "../js/tables.js";
-import { joined, trialVerdict } from "../js/trial-verdict.js";
+import { trialVerdict } from "../js/trial-verdict.js";
 
 /** @import { Run } from "../types.d.ts" */
-/** @import { Amount, Leg, TrialSentence } from "../js/trial-verdict.js" */
+/** @import { Amount, Leg, Places, TrialSentence } from "../js/trial-verdict.js" */
 
 /**
  * @param {Run} run
@@ -63,21 +63,30 @@ function sentence(one, trials) {
     case "no_difference":
       return t("trials.verdict_even", { label: one.label, next: one.next, trials, ratio: amount(one.ratio, formatNumber) });
     case "everywhere":
-      return t("trials.verdict_everywhere", { label: one.label, next: one.next, from: formatNumber(one.from), to: formatNumber(one.to) });
+      return t("trials.verdict_everywhere", { label: one.label, next: one.next, from: amount(one.least, formatNumber), to: amount(one.most, formatNumber) });
+    case "even_everywhere":
+      return t("trials.verdict_even_everywhere", { label: one.label, next: one.next, trials });
     case "somewhere": {
-      return t("trials.verdict_somewhere", { label: one.label, next: one.next }) + [
-        one.better.length ? ` ${t("trials.verdict_at_better", { at: joined(one.better) })}` : "",
-        one.even.length ? ` ${t("trials.verdict_at_even", { at: joined(one.even), trials })}` : "",
-        one.worse.length ? ` ${t("trials.verdict_at_worse", { at: joined(one.worse) })}` : "",
-      ].join("");
+      const first = one.most ? t("trials.verdict_somewhere", { label: one.label, next: one.next, better: formatCount(one.better), of: formatCount(one.of), ratio: amount(one.most, formatNumber), at: one.at })
+        : t("trials.verdict_nowhere", { label: one.label, next: one.next });
+      const rest = one.even && one.worse ? t("trials.verdict_at_both", { even: where(one.even), worse: where(one.worse), trials })
+        : one.even ? t("trials.verdict_at_even", { even: where(one.even), trials }) : one.worse ? t("trials.verdict_at_worse", { worse: where(one.worse) }) : "";
+      return `${first} ${rest}`;
     }
     case "setting":
-      return one.even.length ? t("trials.verdict_setting_even", { at: one.at, even: joined(one.even), trials }) : t("trials.verdict_setting", { at: one.at });
+      return t("trials.verdict_setting", { at: one.at, ratio: amount(one.most, formatNumber) }) + (one.even ? ` ${t("trials.verdict_at_even", { even: where(one.even), trials })}` : "");
     case "coverage":
       return t("verdict.coverage", { label: one.label, share: formatShare(one.share), best: one.best, best_share: formatShare(one.bestShare) });
     case "honesty":
       return honestyWords(one.label, one.legs) + (one.swept ? ` ${t("trials.farthest")}` : "");
   }
+}
+
+/** @param {Places} places */
+function where({ at, more, count, of }) {
+  const numbers = { at, of: formatCount(of) };
+  if (!at) return t("trials.in_cases", { ...numbers, count: formatCount(count) });
+  return more ? t("trials.at_and_cases", { ...numbers, count: formatCount(more) }) : t("trials.at", numbers);
 }
 
 /** @param {string} label @param {Leg[]} legs */

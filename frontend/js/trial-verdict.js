@@ -9,6 +9,8 @@ import { FEWER_ANSWERS } from "./verdict.js";
 const METRIC = "rms_horizontal_m";
 // A claimed error within this factor of the actual one counts as honest.
 const HONEST = 1.25;
+// More conditions than these are counted, not listed.
+const MOST_PLACES = 4;
 
 /**
  * @typedef {{value: number, low: number | null, high: number | null}} Amount
@@ -17,12 +19,14 @@ const HONEST = 1.25;
  *   | {kind: "best", label: string, next: string, ratio: Amount, value: Amount | null}
  *   | {kind: "larger", others: {next: string, ratio: Amount}[]}
  *   | {kind: "no_difference", label: string, next: string, ratio: Amount}
- *   | {kind: "everywhere", label: string, next: string, from: number, to: number}
- *   | {kind: "somewhere", label: string, next: string, better: string[], even: string[], worse: string[]}
- *   | {kind: "setting", label: string, at: string, even: string[], of: number}
+ *   | {kind: "everywhere", label: string, next: string, least: Amount, most: Amount}
+ *   | {kind: "even_everywhere", label: string, next: string}
+ *   | {kind: "somewhere", label: string, next: string, better: number, of: number, most: Amount | null, at: string, even: Places | null, worse: Places | null}
+ *   | {kind: "setting", at: string, most: Amount, even: Places | null}
  *   | {kind: "coverage", label: string, share: number, best: string, bestShare: number}
  *   | {kind: "honesty", label: string, legs: Leg[], swept: boolean}} TrialSentence
  * @typedef {{name: string, ratio: number, word: "honest" | "small" | "large"}} Leg
+ * @typedef {{at: string, more: number, count: number, of: number}} Places where some cases are, and how many of them that leaves out
  */
 
 /** Which label the name of a series belongs to: `rdfv, sigma_altitude_m = 10`. @param {string} name @param {string[]} labels */
@@ -31,9 +35,15 @@ export function ownerOf(name, labels) {
 }
 
 /** @param {Row} row @param {string[]} names swept ones */
-function wordsOf(row, names) {
-  return names.filter((name) => row[name] !== null && row[name] !== undefined).map((name) => `${name.slice(name.lastIndexOf(".") + 1)} = ${row[name]}`).join(", ");
+function partsOf(row, names) {
+  return names.filter((name) => row[name] !== null && row[name] !== undefined).map((name) => `${name.slice(name.lastIndexOf(".") + 1)} = ${row[name]}`);
 }
+
+/** @param {Row} row @param {string[]} names swept ones */
+const wordsOf = (row, names) => partsOf(row, names).join(", ");
+
+/** What stands behind the label in the name of a series: `a = 1`, `b = 2`. @param {string} words */
+const settingsOf = (words) => words.split(/, (?=[^,=]+ = )/).filter(Boolean);
 
 /** @param {unknown} value */
 const number = (value) => (typeof value === "number" ? value : null);
@@ -104,17 +114,49 @@ function between(rows, errors, labels) {
       sentences.push(one.result === "even" ? { kind: "no_difference", label: best, next: other, ratio: one.times } : { kind: "best", label: best, next: other, ratio: one.times, value });
       continue;
     }
-    const values = list.map((each) => each.times.value);
-    if (list.every((each) => each.result === "better")) sentences.push({ kind: "everywhere", label: best, next: other, from: Math.min(...values), to: Math.max(...values) });
-    else {
-      const names = (/** @type {string} */ result) => list.filter((each) => each.result === result).map((each) => conditionsOf(each.row, best, other, labels));
-      sentences.push({ kind: "somewhere", label: best, next: other, better: names("better"), even: names("even"), worse: names("worse") });
-    }
+    sentences.push(overCases(list.map((each) => ({ ...each, cell: conditionsOf(each.row, best, other, labels) })), best, other));
   }
   return { sentences: shortened(sentences), best };
 }
 
-/** The first of several that are worse is told in full, the others after it by their names and ratios alone. @param {TrialSentence[]} sentences */
+/**
+ * One against another over all cases of a sweep: how often and by how much, and where not.
+ * @param {{times: Amount, result: string, cell: string[]}[]} list @param {string} label @param {string} next @returns {TrialSentence}
+ */
+function overCases(list, label, next) {
+  const of = (/** @type {string} */ result) => list.filter((one) => one.result === result);
+  const better = of("better").sort((a, b) => a.times.value - b.times.value);
+  const [least, most] = [better[0], better[better.length - 1]];
+  if (of("even").length === list.length) return { kind: "even_everywhere", label, next };
+  if (least && most && better.length === list.length) return { kind: "everywhere", label, next, least: least.times, most: most.times };
+  const [even, worse] = ["even", "worse"].map((result) => placesOf(of(result).map((one) => one.cell), list.map((one) => one.cell)));
+  return { kind: "somewhere", label, next, better: better.length, of: list.length, most: most?.times ?? null, at: most?.cell.join(", ") ?? "", even: even ?? null, worse: worse ?? null };
+}
+
+/**
+ * Where some of all cases are, by the fewest conditions that hold for these cases alone.
+ * @param {string[][]} some @param {string[][]} all conditions of each case @returns {Places | null}
+ */
+export function placesOf(some, all) {
+  if (!some.length) return null;
+  const key = (/** @type {string[]} */ cell) => cell.join(", ");
+  const inside = new Set(some.map(key));
+  const alone = [...new Set(some.flat())].filter((part) => all.every((cell) => !cell.includes(part) || inside.has(key(cell))));
+  let left = some;
+  /** @type {string[]} */
+  const chosen = [];
+  while (left.length && chosen.length < MOST_PLACES) {
+    const gain = (/** @type {string} */ part) => left.filter((cell) => cell.includes(part)).length;
+    const next = alone.reduce((one, part) => (gain(part) > (one ? gain(one) : 0) ? part : one), "");
+    if (!next) break;
+    chosen.push(next);
+    left = left.filter((cell) => !cell.includes(next));
+  }
+  const rest = left.length <= 2 && chosen.length + left.length <= MOST_PLACES ? left.map(key) : [];
+  return { at: joined([...alone.filter((part) => chosen.includes(part)), ...rest]), more: rest.length ? 0 : left.length, count: some.length, of: all.length };
+}
+
+/** The first of several rivals is told in full, the others after it by their names and ratios, or by counts of cases, alone. @param {TrialSentence[]} sentences */
 function shortened(sentences) {
   /** @type {{next: string, ratio: Amount}[]} */
   const others = [];
@@ -125,7 +167,8 @@ function shortened(sentences) {
   });
   /** @type {TrialSentence[]} */
   const larger = others.length ? [{ kind: "larger", others }] : [];
-  return [...kept, ...larger];
+  const counted = (/** @type {Places | null} */ places) => places && { ...places, at: "" };
+  return [...kept.map((one, i) => (i && one.kind === "somewhere" ? { ...one, even: counted(one.even), worse: counted(one.worse) } : one)), ...larger];
 }
 
 /** @param {{times: Amount}[]} list */
@@ -135,13 +178,13 @@ function smallest(list) {
 
 /** Under what two algorithms are compared in a row. @param {Row} row @param {string} best @param {string} other @param {string[]} labels */
 function conditionsOf(row, best, other, labels) {
-  const swept = wordsOf(row, Object.keys(row).filter((name) => name.startsWith("scenario.")));
-  const own = [row.label, row.against].map((name) => {
+  const swept = partsOf(row, Object.keys(row).filter((name) => name.startsWith("scenario.")));
+  const own = [row.label, row.against].flatMap((name) => {
     const owner = ownerOf(String(name), labels);
-    const words = String(name).slice(owner.length + 2);
-    return words && owner === other ? `${words} (${other})` : words && owner === best ? words : "";
+    const settings = settingsOf(String(name).slice(owner.length + 2));
+    return owner === other ? settings.map((one) => `${one} (${other})`) : owner === best ? settings : [];
   });
-  return [swept, ...own].filter(Boolean).join(", ");
+  return [...swept, ...own];
 }
 
 /** One algorithm alone: its settings against each other, or its error over the swept values. @param {Row[]} pairs @param {Row[]} errors @param {string[]} labels */
@@ -157,9 +200,11 @@ function within(pairs, errors, labels) {
   if (pairs.length && first && !inScenario) {
     const at = wordsOf(first, swept);
     const name = `${label}, ${at}`;
-    const own = pairs.filter((row) => row.label === name || row.against === name);
-    const even = own.filter((row) => row.verdict === "no_difference").map((row) => String(row.label === name ? row.against : row.label).slice(label.length + 2));
-    if (own.length) sentences.push({ kind: "setting", label, at, even, of: own.length });
+    // Every pair is seen from the best setting, as if it were a label of its own.
+    const own = pairs.filter((row) => row.label === name || row.against === name)
+      .map((row) => seenFrom(row, name, [String(row.label), String(row.against)])).map((one) => ({ ...one, cell: settingsOf(one.next.slice(label.length + 2)) }));
+    const most = own.map((one) => one.times).sort((one, other) => other.value - one.value)[0];
+    if (most) sentences.push({ kind: "setting", at, most, even: placesOf(own.filter((one) => one.result === "even").map((one) => one.cell), own.map((one) => one.cell)) });
   }
   return { sentences, best: label };
 }

@@ -207,7 +207,9 @@ def test_numbers_grow_while_trials_run(visit: Callable[..., Visit], server: Serv
     page.route("**/cancel", cancelled_first)
     while not held:
         page.wait_for_timeout(50)
-    page.get_by_role("button", name="Cancel", exact=True).click()
+    # The page may learn of the end before the answer is there, and the route is needed until then.
+    with page.expect_response("**/cancel"):
+        page.get_by_role("button", name="Cancel", exact=True).click()
     expect(page.locator(".run-head .state")).to_have_text("cancelled")
     page.unroute_all()
     expect(page.get_by_role("button", name="Cancel", exact=True)).to_have_count(0)
@@ -275,3 +277,28 @@ def test_a_night_of_trials_in_russian(visit: Callable[..., Visit], server: Serve
     page.set_viewport_size({"width": 360, "height": 780})
     page.wait_for_function("document.documentElement.scrollWidth <= 360")
     visited.assert_clean()
+
+
+@pytest.mark.parametrize("locale", ["en-GB", "ru-RU"])
+def test_a_sweep_over_trackers_is_told_in_two_sentences(
+    visit: Callable[..., Visit], server: Server, locale: str
+) -> None:
+    """Every case of two trackers was listed, line after line; said is what they have in common."""
+    run = started(
+        server,
+        scenario={"preset": "straight_aircraft", "parameters": {}},
+        algorithms=[{"name": "imm_tracker"}, {"name": "curvature_tracker"}],
+        sweep={
+            "curvature_tracker.predictor": ["ml6", "line"],
+            "imm_tracker.association": ["nearest", "joint"],
+            "scenario.detection_probability": [0.8, 1],
+        },
+        trials=8,
+        seed=1,
+    )
+    page = visit(locale=locale, viewport={"width": 360, "height": 800}).open(f"#/runs/{run}")
+    finished(page)
+    first = page.locator(".verdict > span").first
+    expect(first).to_contain_text(re.compile("of 8 cases|из 8 случаев"))
+    assert len(re.findall(r"\.(?: |$)", first.inner_text())) <= 2
+    assert len(first.inner_text()) < 330

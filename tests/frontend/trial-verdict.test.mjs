@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { joined, ownerOf, trialVerdict } from "../../frontend/js/trial-verdict.js";
+import { joined, ownerOf, placesOf, trialVerdict } from "../../frontend/js/trial-verdict.js";
 
 const labels = ["rdf", "rdfv"];
 const metric = (label, value, more = {}) => ({ metric: "rms_horizontal_m", label, segment: "", target: "", value, ci95_low: 0.9 * value, ci95_high: 1.1 * value, ...more });
@@ -39,11 +39,15 @@ test("a swept scenario: variants of one algorithm are no rivals, and it is said 
   const name = "scenario.sigma_altitude_m";
   const metrics = [10, 3000].flatMap((v) => [metric("rdf", 105, { [name]: v }), metric("rdfv", 100, { [name]: v })]);
   const everywhere = trialVerdict({ metrics, comparisons: [pair("rdf", "rdfv", 2, "larger", { [name]: 10 }), pair("rdf", "rdfv", 1.1, "larger", { [name]: 3000 })], labels })[0];
-  assert.deepEqual({ ...everywhere }, { kind: "everywhere", label: "rdfv", next: "rdf", from: 1.1, to: 2 });
+  assert.deepEqual([everywhere.kind, everywhere.label, everywhere.next, everywhere.least.value, everywhere.most.value], ["everywhere", "rdfv", "rdf", 1.1, 2]);
+  assert.deepEqual([everywhere.most.low, everywhere.most.high], [1.8, 2.2]);
   const somewhere = trialVerdict({ metrics, comparisons: [pair("rdf", "rdfv", 2, "larger", { [name]: 10 }), pair("rdf", "rdfv", 1.01, "no_difference", { [name]: 3000 })], labels })[0];
   assert.equal(somewhere.kind, "somewhere");
-  assert.deepEqual(somewhere.better, ["sigma_altitude_m = 10"]);
-  assert.deepEqual(somewhere.even, ["sigma_altitude_m = 3000"]);
+  assert.deepEqual([somewhere.better, somewhere.of, somewhere.most.value, somewhere.at], [1, 2, 2, "sigma_altitude_m = 10"]);
+  assert.deepEqual(somewhere.even, { at: "sigma_altitude_m = 3000", more: 0, count: 1, of: 2 });
+  assert.equal(somewhere.worse, null);
+  const even = [10, 3000].map((v) => pair("rdf", "rdfv", 1.01, "no_difference", { [name]: v }));
+  assert.equal(trialVerdict({ metrics, comparisons: even, labels })[0].kind, "even_everywhere");
 });
 
 test("a swept algorithm: its own variants are left out where there is another label", () => {
@@ -51,7 +55,38 @@ test("a swept algorithm: its own variants are left out where there is another la
   const comparisons = [pair("rdf", names[0], 0.8, "smaller"), pair("rdf", names[1], 1.5, "larger"), pair(names[0], names[1], 1.9, "larger")];
   const [found] = trialVerdict({ metrics: [metric("rdf", 105)], comparisons, labels });
   assert.equal(found.kind, "somewhere");
-  assert.equal([...found.better, ...found.even, ...found.worse].length, 2);
+  assert.deepEqual([found.label, found.better, found.of, found.worse.at], ["rdfv", 1, 2, "sigma_altitude_m = 10"]);
+});
+
+test("a sweep over the settings of two trackers is told by what its cases have in common, not case by case", () => {
+  const trackers = ["imm", "curve"];
+  const gates = ["paper", "sqrt", "exact"];
+  const comparisons = [2, 3, 4].flatMap((first) => gates.map((gate) => {
+    const [ratio, verdict] = gate === "exact" ? [1.02, "no_difference"] : first === 4 && gate === "sqrt" ? [0.9, "smaller"] : [1.2 + first / 10, "larger"];
+    return pair(`curve, gate = ${gate}, kept = 3`, `imm, confirm = ${first}`, ratio, verdict);
+  }));
+  const [found] = trialVerdict({ metrics: [metric("imm", 100), metric("curve", 130)], comparisons, labels: trackers });
+  assert.deepEqual([found.kind, found.label, found.better, found.of], ["somewhere", "imm", 5, 9]);
+  assert.deepEqual([found.most.value, found.at], [1.6, "gate = paper (curve), kept = 3 (curve), confirm = 4"]);
+  assert.deepEqual(found.even, { at: "gate = exact (curve)", more: 0, count: 3, of: 9 });
+  assert.deepEqual(found.worse, { at: "gate = sqrt (curve), kept = 3 (curve), confirm = 4", more: 0, count: 1, of: 9 });
+});
+
+test("of several rivals in a sweep the nearest is told by conditions, the others by counts", () => {
+  const rows = (next, ratios) => ratios.map((ratio, i) => pair(next, "a", ratio, ratio > 1.1 ? "larger" : "no_difference", { "scenario.x": i }));
+  const found = trialVerdict({ metrics: [metric("a", 100)], comparisons: [...rows("b", [1.05, 1.5]), ...rows("c", [1.08, 1.9])], labels: ["a", "b", "c"] });
+  assert.deepEqual(found.map((one) => [one.next, one.even.at, one.even.count]), [["b", "x = 0", 1], ["c", "", 1]]);
+});
+
+test("places: what no few conditions hold is counted", () => {
+  const all = [1, 2, 3, 4, 5, 6].flatMap((a) => [1, 2, 3, 4, 5, 6].map((b) => [`a = ${a}`, `b = ${b}`]));
+  const where = (keep) => placesOf(all.filter(([a, b]) => keep(Number(a.slice(4)), Number(b.slice(4)))), all);
+  assert.equal(where(() => false), null);
+  assert.deepEqual(where((a) => a > 4), { at: "a = 5, 6", more: 0, count: 12, of: 36 });
+  assert.deepEqual(where((a, b) => a === 1 || b === 2), { at: "a = 1; b = 2", more: 0, count: 11, of: 36 });
+  assert.deepEqual(where((a, b) => a === b), { at: "", more: 6, count: 6, of: 36 });
+  assert.deepEqual(where((a, b) => a === 1 || (a === b && a > 2)), { at: "a = 1", more: 4, count: 10, of: 36 });
+  assert.deepEqual(where((a) => a < 6), { at: "a = 1, 2, 3, 4", more: 6, count: 30, of: 36 });
 });
 
 test("one algorithm with swept settings: the best of them, and those as good", () => {
@@ -59,7 +94,8 @@ test("one algorithm with swept settings: the best of them, and those as good", (
   const metrics = [10, 100].map((v) => metric("rdfv", 100 + v, { "rdfv.sigma_altitude_m": v }));
   const found = trialVerdict({ metrics, comparisons: [pair(names[0], names[1], 0.9, "no_difference")], labels: ["rdfv"] });
   assert.equal(found[0].kind, "alone");
-  assert.deepEqual(found[1], { kind: "setting", label: "rdfv", at: "sigma_altitude_m = 10", even: ["sigma_altitude_m = 100"], of: 1 });
+  assert.deepEqual([found[1].kind, found[1].at, found[1].even], ["setting", "sigma_altitude_m = 10", { at: "sigma_altitude_m = 100", more: 0, count: 1, of: 1 }]);
+  assert.ok(Math.abs(found[1].most.value - 1 / 0.9) < 1e-12);
 });
 
 test("honesty goes by leg, and the value farthest from 1 counts", () => {
