@@ -42,6 +42,8 @@ LARGEST_MOVE = 3.0
 FARTHEST_STEP = 3.0
 # Share of a bracket that a new place keeps from both its ends.
 LEAST_SHARE = 0.1
+# Rise of the cost at which one start is not believed: 1.96 is a rise of 1.92, and places are guessed better than this.
+DOUBTED = 2.6
 # Cost by which a further round would change the end of the interval by less than a hundredth of itself.
 SMALL_GAIN = 1e-3
 
@@ -83,6 +85,27 @@ def cost_with_s_held(f, weight, epochs, p, theta, unknowns, huber, info):
 
 
 @strict
+def _from_elsewhere(f, weight, epochs, p, theta, last, cost, unknowns, huber, info):
+    """Try again from the last place within the interval, and with no velocity along; the lowest goes into theta."""
+    other = np.empty(UNKNOWNS)
+    other_info = np.empty((UNKNOWNS, UNKNOWNS))
+    for start in range(2):
+        other[:] = last
+        other[1] = theta[1]
+        other[2] *= np.sqrt(other[1] * (p.a - other[1]) / (last[1] * (p.a - last[1])))
+        if start == 1:
+            if unknowns < 4:
+                break
+            other[3] = 0.0
+        lowered = cost_with_s_held(f, weight, epochs, p, other, unknowns, huber, other_info)
+        if lowered < cost - SMALL_GAIN:
+            cost = lowered
+            theta[:] = other
+            info[:] = other_info
+    return cost
+
+
+@strict
 def interval(f, weight, epochs, p, best, begin, covariance, unknowns, huber, ends, spread):
     """Put both ends of the 95 % interval of s into `ends` (2,), and the covariance about `best` (5,) into `spread`.
 
@@ -96,6 +119,7 @@ def interval(f, weight, epochs, p, best, begin, covariance, unknowns, huber, end
     held = np.empty((2, UNKNOWNS, UNKNOWNS))
     roots = np.empty(2)
     theta = best.copy()
+    last = best.copy()
     middle = np.log(best[1] / (p.a - best[1]))
     # What one standard deviation is in the logarithm.
     unit = np.sqrt(covariance[1, 1]) * p.a / (best[1] * (p.a - best[1]))
@@ -104,6 +128,7 @@ def interval(f, weight, epochs, p, best, begin, covariance, unknowns, huber, end
         sign = -1.0 if side == 0 else 1.0
         most = abs(np.log(limit / (p.a - limit)) - middle)
         theta[:] = begin
+        last[:] = begin
         near, near_root = 0.0, 0.0
         far, far_root = np.inf, np.inf
         move = min(NORMAL_95 * unit, LARGEST_MOVE)
@@ -111,7 +136,6 @@ def interval(f, weight, epochs, p, best, begin, covariance, unknowns, huber, end
         for place in range(MOST_PLACES):
             move = min(move, most)
             s = limit if move == most else p.a / (1.0 + np.exp(-(middle + sign * move)))
-            # The others begin where the ridge leads them: with the same slope at the crossing.
             theta[2] *= np.sqrt(s * (p.a - s) / (theta[1] * (p.a - theta[1])))
             if place == 0 and begin[1] == best[1]:
                 for i in range(unknowns):
@@ -119,11 +143,14 @@ def interval(f, weight, epochs, p, best, begin, covariance, unknowns, huber, end
                         theta[i] += covariance[i, 1] * (s - best[1]) / covariance[1, 1]
             theta[1] = s
             cost = cost_with_s_held(f, weight, epochs, p, theta, unknowns, huber, info)
+            if cost - least > DOUBTED:
+                cost = _from_elsewhere(f, weight, epochs, p, theta, last, cost, unknowns, huber, info)
             root = np.sqrt(max(2.0 * (cost - least), 0.0))
             if abs(root - NORMAL_95) < ENOUGH or (root < NORMAL_95 and move == most):
                 break
             if root < NORMAL_95:
                 near, near_root = move, root
+                last[:] = theta
             else:
                 far, far_root = move, root
             if np.isfinite(far):
