@@ -52,12 +52,12 @@ LIFE_WORDS = (
 
 
 def of_one_emitter(recording: ToaMarks) -> dict[str, NDArray[Any]]:
-    """Arrays of a recording whose marks were not told apart."""
+    """Arrays of a recording whose marks were not told apart, read only: of a long one they would take 32 MB."""
     marks = len(recording)
-    nothing = np.full(marks, np.nan)
+    nobody, nothing = np.broadcast_to(np.int64(-1), marks), np.broadcast_to(np.nan, marks)
     none, never = np.empty(0, np.int64), np.empty(0)
-    of_marks = (np.full(marks, -1), np.zeros(marks, np.int64), nothing, nothing, np.full(marks, -1))
-    return _arrays(Separation(*of_marks, none, none, never, none, none))
+    decision = np.zeros(marks, np.int64)
+    return _arrays(Separation(nobody, decision, nothing, nothing, nobody, none, none, never, none, none))
 
 
 def _arrays(found: Separation) -> dict[str, NDArray[Any]]:
@@ -113,7 +113,7 @@ def run_separated(
 
 def _over(recording: ToaMarks, rows: NDArray[np.int64], part: Separation) -> Separation:
     """What was found of some marks, of all of them."""
-    whole = of_one_emitter(recording)
+    whole = {name: value.copy() for name, value in of_one_emitter(recording).items()}
     for name, value in _arrays(part).items():
         if name.startswith("emitter"):
             whole[name][rows] = value

@@ -49,12 +49,12 @@ def tabulate(recording: ToaMarks, result: Result) -> dict[str, Table]:
     of_emitters = emitter_decisions(recording, result)
     lives = None if of_emitters is None else emitter_lives(recording, result)
     recording = as_told_apart(recording, result)
+    # Of a long recording the work on the receivers takes as much memory as the large tables, which are made after it.
+    receivers = receiver_tables(recording, result)
+    tracks = _tracks(recording, result)
     rows = _Rows.of(recording, result)
-    tables = {
-        "states": _states(recording, result, rows),
-        "tracks": _tracks(recording, result),
-        "decisions": with_reasons_of_nobody(_decisions(recording, result, rows), recording, result),
-    } | receiver_tables(recording, result)
+    decisions = with_reasons_of_nobody(_decisions(recording, result, rows), recording, result)
+    tables = {"states": _states(recording, result, rows), "tracks": tracks, "decisions": decisions} | receivers
     if recording.has_truth:
         tables["errors"] = _errors(recording, result, rows)
     if "mode_probability" in result.arrays:
@@ -84,7 +84,7 @@ class _Rows:
         marks, trials = a["time_s"].shape
         track = _flat(a["track"])
         # An uploaded recording is no trial.
-        trial = np.full(marks, np.nan) if trials == 1 else np.repeat(np.arange(trials, dtype=float), marks)
+        trial = np.broadcast_to(np.nan, marks) if trials == 1 else np.repeat(np.arange(trials, dtype=float), marks)
         return cls(
             trial=trial,
             track=np.where(track > 0, track, np.nan),
@@ -105,7 +105,8 @@ def _flat(array: NDArray[Any]) -> NDArray[Any]:
 def _states(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
     a = result.arrays
     state, cov, time = a["state"], position_covariance(result), a["time_s"]
-    sd = np.sqrt(cov[:, [0, 2, 5]])
+    # One after another: of a long recording what lies between is a part of the memory that a worker has.
+    sd = [np.sqrt(cov[:, i]) for i in (0, 2, 5)]
     if not np.isfinite(time).all():
         time = np.where(np.isfinite(time), time, recording.time_s[:, None])
     columns: dict[str, Any] = {"trial": rows.trial, "track": rows.track, "time_s": _flat(time)}
@@ -116,9 +117,9 @@ def _states(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
     ):
         for axis, i in zip(("east", "north", "up"), where, strict=True):
             columns[f"{prefix}{axis}_{unit}"] = _flat(state[:, i])
-    for i, axis in enumerate(("east", "north", "up")):
-        columns[f"sigma_{axis}_m"] = _flat(sd[:, i])
-    columns["drms_m"] = _flat(np.hypot(sd[:, 0], sd[:, 1]))
+    for axis, values in zip(("east", "north", "up"), sd, strict=True):
+        columns[f"sigma_{axis}_m"] = _flat(values)
+    columns["drms_m"] = _flat(np.hypot(sd[0], sd[1]))
     columns["nis"] = _flat(a["nis"])
     columns["dof"] = _flat(a["dof"])
     columns["status"] = Texts.coded(_flat(a["status"]), lanes.STATUS)
@@ -159,7 +160,8 @@ def position_errors(
 def _errors(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
     a = result.arrays
     errors = position_errors(recording, result)
-    velocity = a["state"][:, _VELOCITY] - recording.truth_velocity_mps[:, :, None]
+    squares = ((a["state"][:, i] - recording.truth_velocity_mps[:, k, None]) ** 2 for k, i in enumerate(_VELOCITY))
+    speed = np.sqrt(sum(squares))
     keep = np.isfinite(_flat(errors[:, 0]))
     if not keep.all():
         rows = rows.taken(keep)
@@ -178,7 +180,7 @@ def _errors(recording: ToaMarks, result: Result, rows: _Rows) -> Table:
             "error_north_m": column(errors[:, 1]),
             "error_up_m": column(errors[:, 2]),
             "error_horizontal_m": column(np.hypot(errors[:, 0], errors[:, 1])),
-            "error_velocity_mps": column(np.linalg.norm(velocity, axis=1)),
+            "error_velocity_mps": column(speed),
             "row": rows.row,
         }
     )

@@ -41,7 +41,7 @@ def error_metrics(errors_m: Floats, target: str = "") -> list[Metric]:
         row("p90_horizontal_m", lambda: p90),
         row("p99_horizontal_m", lambda: p99),
         row("max_horizontal_m", lambda: float(horizontal.max())),
-        row("rms_position_m", lambda: rms(np.linalg.norm(e, axis=1))),
+        row("rms_position_m", lambda: rms(np.sqrt(e[:, 0] ** 2 + e[:, 1] ** 2 + e[:, 2] ** 2))),
         row("rms_east_m", lambda: rms(e[:, 0])),
         row("rms_north_m", lambda: rms(e[:, 1])),
         row("rms_up_m", lambda: rms(e[:, 2])),

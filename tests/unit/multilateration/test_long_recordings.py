@@ -29,3 +29,15 @@ def test_a_long_recording_keeps_the_covariance_of_the_position(monkeypatch: pyte
     for name, table in one.items():
         assert list(table.rows()) == list(other[name].rows()), name
     assert algorithm.measure(recording, short) == algorithm.measure(recording, whole)
+
+
+def test_what_says_nothing_of_marks_with_addresses_takes_no_memory() -> None:
+    scenario = scenarios_by_name()["four_station_circuit"]
+    recording = scenario.simulate(scenario.parameters(), (0,), 1).take(np.arange(50))
+    algorithm = algorithms_by_name()["rdfv"]
+    result = algorithm.run(recording, algorithm.parameters(), LocalContext())
+    told_apart = ("emitter", "emitter_distance", "emitter_threshold", "emitter_rival")
+    assert {result.arrays[name].strides for name in told_apart} == {(0,)}
+    tables = algorithm.tabulate(recording, result)
+    assert list(tables) == ["states", "tracks", "decisions", "receivers", "receiver_delays", "errors"]
+    assert tables["states"].columns["trial"].strides == (0,)  # type: ignore[union-attr]
