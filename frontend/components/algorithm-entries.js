@@ -175,7 +175,7 @@ export class AlgorithmEntries extends HTMLElement {
     return h("section", { class: "card entry-card", "aria-label": entry.label || algorithm.name, data: { algorithm: algorithm.name } },
       h("div", { class: "card-head" },
         swatch(i), h("h3", null, algorithm.name),
-        h("span", { class: "muted small clip grow" }, said(algorithm.title)),
+        h("span", { class: "muted small clip grow", title: said(algorithm.title) }, said(algorithm.title)),
         h("input", {
           type: "text", value: entry.label, placeholder: algorithm.name, "aria-label": `${t("compose.label")}: ${algorithm.name}`, maxlength: 80, title: t("compose.label"), "aria-invalid": own?.has("label") ? "true" : null,
           oninput: (/** @type {Event} */ event) => {

@@ -3,6 +3,7 @@
 
 import { h, put, uniqueId } from "../js/dom.js";
 import { t, told } from "../js/i18n.js";
+import { parseNumber } from "../js/numbers.js";
 
 /** @import { ReadOption, ReadOptions } from "../types.d.ts" */
 
@@ -29,7 +30,7 @@ export class ReadingOptions {
   options() {
     return Object.fromEntries(this.offered.map(({ name, is_number }) => {
       const text = (this.texts[name] ?? "").trim();
-      return [name, text === "" ? null : is_number && Number.isFinite(Number(text)) ? Number(text) : text];
+      return [name, text === "" ? null : is_number ? parseNumber(text) ?? text : text];
     }));
   }
 

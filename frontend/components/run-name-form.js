@@ -65,6 +65,7 @@ function nameForm(run, onend) {
       onend(await patch(`runs/${run.id}`, { label: label.value.trim(), tags: readTags(tags.value) }));
     } catch (error) {
       save.disabled = false;
+      save.focus();
       put(message, failed(error));
     }
   });

@@ -4,8 +4,8 @@
 import { define, focusNear, h, put, showChosen, uniqueId } from "../js/dom.js";
 import { icon } from "../js/icons.js";
 import { said, t } from "../js/i18n.js";
-import { parseNumber } from "../js/numbers.js";
 import { routeTo } from "../js/router.js";
+import { sweptValues } from "../js/scenario.js";
 import { fieldsOf } from "../js/schema.js";
 
 /** @import { Algorithm, RunEntry, Scenario, TrialsRequest } from "../types.d.ts" */
@@ -82,7 +82,7 @@ export class ScenarioSource extends HTMLElement {
     const sweep = {};
     let wrong = !this.preset || !isTrials(this.trials) || !isSeed(this.seed);
     for (const row of this.rows) {
-      const values = valuesOf(row.text);
+      const values = sweptValues(row.text);
       if (!row.name || !values.length) wrong = true;
       else sweep[row.name] = values;
     }
@@ -201,12 +201,6 @@ function isTrials(text) {
 /** @param {string} text */
 function isSeed(text) {
   return /^\d{1,15}$/.test(text);
-}
-
-/** Values between semicolons; between commas where none has a decimal comma. @param {string} text */
-function valuesOf(text) {
-  const parts = (text.includes(";") ? text.split(";") : text.split(/,\s|,(?=\S)|\s+/)).map((one) => one.trim()).filter(Boolean);
-  return parts.map((one) => parseNumber(one, "") ?? one);
 }
 
 define("scenario-source", ScenarioSource);

@@ -47,6 +47,7 @@ export function tracksForm(now, onmade) {
       if (!(error instanceof Problem)) throw error;
     } finally {
       send.disabled = false;
+      if (document.activeElement === document.body) send.focus({ preventScroll: true });
     }
   };
   return h("details", { class: "panel" }, h("summary", null, t("tracks_in.title")),

@@ -133,6 +133,18 @@ export function parseNumbers(text) {
 }
 
 /**
+ * Read the values of a swept parameter: between semicolons, else between spaces with or without a comma, so that `0,5 1,5`
+ * are two; between commas alone where there are no spaces. What is no number stays a text: a choice, or told wrong.
+ * @param {string} text
+ * @returns {(number | string)[]}
+ */
+export function sweptValues(text) {
+  const typed = text.trim();
+  const between = typed.includes(";") ? ";" : /\s/.test(typed) ? /\s*,\s+|\s+,\s*|\s+/ : ",";
+  return typed.split(between).map((one) => one.trim()).filter(Boolean).map((one) => parseNumber(one) ?? one);
+}
+
+/**
  * Put what a problem says of a scenario to its places: pointers without the prefix of the request.
  * @param {import("../types.d.ts").FieldError[]} errors
  * @returns {Map<string, string>}

@@ -55,6 +55,7 @@ class StudyPage extends HTMLElement {
         go(routeTo(["runs", run.id]));
       } catch (error) {
         start.disabled = false;
+        start.focus();
         put(message, failed(error));
         toast(wordsOf(error));
       }

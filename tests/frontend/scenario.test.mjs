@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { changedOf, completed, defaultsOf, nextRow, parseNumbers, placesOf, shapeOf } from "../../frontend/js/scenario.js";
+import { changedOf, completed, defaultsOf, nextRow, parseNumbers, placesOf, shapeOf, sweptValues } from "../../frontend/js/scenario.js";
 
 const DEFINITIONS = {
   Segment: { type: "object", properties: { duration_s: { type: "number", exclusiveMinimum: 0 }, turn_rate_deg_s: { type: "number", default: 0 } } },
@@ -47,6 +47,13 @@ test("numbers in one field may be divided by spaces, semicolons, or commas with 
   assert.deepEqual(parseNumbers("0.9, 0.45, 1"), [0.9, 0.45, 1]);
   assert.deepEqual(parseNumbers(""), []);
   assert.equal(parseNumbers("0.9 x"), null);
+});
+
+test("swept values: a comma without a space behind it is decimal wherever something else separates", () => {
+  for (const [text, values] of [
+    ["10; 30; 100", [10, 30, 100]], ["0,5; 1,5", [0.5, 1.5]], ["0,5 1,5", [0.5, 1.5]], ["0,5, 1,5", [0.5, 1.5]], ["10, 30, 100", [10, 30, 100]],
+    ["10,30,100", [10, 30, 100]], ["10 30", [10, 30]], ["1 000; 2 000", [1000, 2000]], ["paper, white", ["paper", "white"]], [" ", []],
+  ]) assert.deepEqual(sweptValues(text), values, text);
 });
 
 test("errors of one place stand together, without the request's prefix", () => {
