@@ -60,6 +60,8 @@ class Fits(NamedTuple):
     """(C, K, L): which Dopplers the last fit used."""
     ends: np.ndarray
     """(K, 2, L) m: 95 % interval of s by the likelihood, of fits that ended."""
+    open_variance: np.ndarray
+    """(K, L) m2: of s were an acceleration unknown too, where the switch did not take it; of the tangent plane."""
 
 
 def fits(epochs: int, channels: int, lanes: int) -> Fits:
@@ -74,6 +76,7 @@ def fits(epochs: int, channels: int, lanes: int) -> Fits:
         dof=np.zeros((epochs, lanes), np.int64),
         used=np.zeros((channels, epochs, lanes), np.bool_),
         ends=np.full((epochs, 2, lanes), np.nan),
+        open_variance=np.full((epochs, lanes), np.nan),
     )
 
 
@@ -207,6 +210,8 @@ def fit_pass(f, p, begin, stop, unknowns, robust, carried, out):
                     own, weight, epochs, p, huber, cost, theta, info, gradient, work, lower
                 )
                 fitted = 5 if switched else 4
+                if not switched and covariance_of(work, 5, covariance):
+                    out.open_variance[k, lane] = covariance[1, 1]
             for i in range(UNKNOWNS):
                 carried[lane, i] = start[i]
             carried[lane, 5] = 1.0

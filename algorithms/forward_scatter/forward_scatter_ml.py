@@ -38,6 +38,8 @@ from algorithms.spec import Algorithm, Reference, RunContext, parameter
 MOST_FITS = 1000
 # Trials and epochs between two questions whether the run was cancelled.
 SLICE = 400
+# An acceleration that was not found, and would widen the error of the distance by so much, makes it a lower bound.
+OPEN_RATIO = 1.25
 
 _STATUS = np.array([outputs.INSUFFICIENT, outputs.NO_CROSSING, outputs.NOT_CONVERGED, outputs.AT_BOUND, outputs.FITTED])
 
@@ -110,10 +112,10 @@ def run(recording: DopplerPairs, parameters: LikelihoodParameters, context: RunC
     unknowns = parameters.unknowns
     wanted = fit.SWITCH if unknowns == 4 and parameters.acceleration_switch else unknowns
     robust = ROBUST.index(parameters.robust)
-    thinned = 0
+    thinned = unseen = 0
 
     def method(piece: Piece, arrays: Arrays) -> None:
-        nonlocal thinned
+        nonlocal thinned, unseen
         epochs = piece.time.size
         stride = -(-epochs // MOST_FITS)
         f = np.ascontiguousarray(piece.doppler.transpose(1, 0, 2))
@@ -140,6 +142,8 @@ def run(recording: DopplerPairs, parameters: LikelihoodParameters, context: RunC
         piece.put(arrays, "chi2", out.chi2)
         piece.put(arrays, "dof", out.dof)
         piece.put(arrays, "used", out.used.transpose(1, 0, 2))
+        # Trials of simulated errors of calibration stand behind an empty first one.
+        unseen += int(0 in piece.lanes and _acceleration_open(out, int(np.flatnonzero(piece.lanes == 0)[0])))
         if stride > 1:
             held_where_thinned(piece, arrays, stride)
         without_one_receiver(piece, arrays)
@@ -152,11 +156,29 @@ def run(recording: DopplerPairs, parameters: LikelihoodParameters, context: RunC
             f"A pass of more than {MOST_FITS} rows is fitted at that many of them; the rows between hold the last fit."
         )
         notes = (*notes, Note("fits_thinned", text, thinned))
+    if unseen:
+        text = (
+            "An acceleration that these Dopplers cannot show would widen the error of the distance by more than a "
+            "quarter: of a target that may accelerate the interval is a lower bound."
+        )
+        notes = (*notes, Note("acceleration_open", text, unseen))
     fallbacks = int((arrays["status"] == outputs.FALLBACK).sum())
     if fallbacks:
-        text = "Where the fit did not converge or ended at an end of the base line, formula (19) gave the place."
+        text = (
+            "Where the fit did not converge or ended at an end of the base line, formula (19) gave the place; its "
+            "interval is a lower bound."
+        )
         notes = (*notes, Note("formula_19", text, fallbacks))
     return Result(arrays, notes, conditions.settings)
+
+
+def _acceleration_open(out: fit.Fits, lane: int) -> bool:
+    """Whether the last fit of a pass would know the distance much worse were an acceleration unknown too."""
+    fitted = np.flatnonzero(out.status[:, lane] == fit.FITTED)
+    if not fitted.size:
+        return False
+    last = int(fitted[-1])
+    return bool(out.open_variance[last, lane] > OPEN_RATIO**2 * out.covariance[last, 1, 1, lane])
 
 
 def _pairs_for_fallback(conditions: Conditions) -> list[Pair]:

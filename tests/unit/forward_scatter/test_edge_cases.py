@@ -275,3 +275,21 @@ def test_noise_about_a_pass_is_told_by_the_lines_too() -> None:
     assert "chi2_large" in notes(run(LINES, replace(clean, doppler_hz=f)))
     assert "chi2_large" not in notes(run(LINES, clean))
     assert "chi2_large" not in notes(run(LINES, made(course_deg=60.0)))
+
+
+@pytest.mark.parametrize(
+    ("scenario", "told"),
+    [
+        ({}, False),
+        ({"crossing_distance_m": 8_000.0}, False),
+        # The pass ends as it crosses: an acceleration would double the error.
+        ({"observed_s": 16.0}, True),
+        ({"crossing_distance_m": 30_000.0, "acceleration_mps2": 1.0, "sigma_doppler_hz": 1.0}, True),
+    ],
+)
+def test_an_acceleration_that_cannot_be_seen_is_told(scenario: dict[str, Any], told: bool) -> None:
+    algorithm = algorithms_by_name()["forward_scatter_ml"]
+    recording = simulate(PassParameters(**scenario), (3,), 5)
+    for parameters, expected in (({}, told), ({"unknowns": 5}, False)):
+        found = algorithm.run(recording, algorithm.parameters(**parameters), LocalContext())
+        assert ("acceleration_open" in {n.code for n in found.notes}) == expected
