@@ -140,7 +140,8 @@ export class ScenarioEditor extends HTMLElement {
         this.values[field.name] = defaultsOf(this.schema)[field.name];
         for (const place of this.wrong.keys()) if (place === `/${field.name}` || place.startsWith(`/${field.name}/`)) this.wrong.delete(place);
         this.draw();
-        this.spots.get(`/${field.name}`)?.input?.focus();
+        // A list has no field of its own: what adds to it.
+        (this.spots.get(`/${field.name}`)?.input ?? /** @type {HTMLElement | null} */ (this.querySelector(`[data-add="/${field.name}"]`)))?.focus();
         this.changedNow();
       },
     }, t("action.reset"));

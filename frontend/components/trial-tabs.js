@@ -151,8 +151,8 @@ export function claimsTab(run) {
     const columns = /** @type {Column<Row>[]} */ ([
       { title: t("claims.figure"), cell: (row) => said(String(row.figure ?? "")) },
       { title: t("claims.claim"), wide: true, cell: (row) => said(String(row.claim)) },
-      { title: t("claims.paper"), cell: (row) => said(String(row.paper)) },
-      { title: t("claims.ours"), number: true, cell: (row) => [formatQuantity(number(row, "value"), said(String(row.unit ?? ""))), interval(row, "ci95_low", "ci95_high", "value")] },
+      { title: t("claims.paper"), wide: true, cell: (row) => said(String(row.paper)) },
+      { title: t("claims.ours"), number: true, cell: (row) => [formatQuantity(number(row, "value"), String(row.unit ?? "")), interval(row, "ci95_low", "ci95_high", "value")] },
       { title: t("trials.verdict"), cell: (row) => h("strong", { class: `claim ${row.verdict}` }, told(`claims.${row.verdict}`, String(row.verdict))) },
       { title: t("claims.reason"), wide: true, cell: (row) => said(String(row.reason)) },
     ]);

@@ -67,7 +67,7 @@ class StudyPage extends HTMLElement {
         h("div", { class: "actions" }, h("label", { for: trials, class: "row small muted" }, t("trials.count")), input, start)),
       message,
       h("p", null, said(study.summary)),
-      h("p", { class: "muted" }, study.paper.text ?? study.paper.key, ", ", said(study.item)),
+      h("p", { class: "muted" }, (study.paper.text ?? study.paper.key).replace(/\.$/, ""), ", ", said(study.item)),
       h("div", { class: "card" }, h("div", { class: "card-head" }, h("h2", { class: "grow" }, t("tab.claims")),
         done ? h("a", { href: routeTo(["runs", done.id]) }, t("studies.from_run", { time: formatInstant(done.finished_at), n: formatCount(done.trials) })) : null),
       done ? claimsTab(done) : dataTable({
