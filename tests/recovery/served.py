@@ -41,7 +41,8 @@ class Server:
             data=json.dumps(body).encode(),
             headers={"Authorization": f"Bearer {TOKEN}", "Content-Type": "application/json"},
         )
-        with urllib.request.urlopen(request, timeout=20) as answer:
+        # The first request of a server waits for its algorithms to be imported: long beside other work.
+        with urllib.request.urlopen(request, timeout=120) as answer:
             return str(json.load(answer)["id"])
 
     def family(self) -> list[psutil.Process]:
