@@ -92,7 +92,7 @@ class AppFrame extends HTMLElement {
       h("a", { class: "last", href: "#/about", data: { place: "about" } }, icon("about"), t("nav.about")));
     this.lostLine = h("div", { class: "lost", role: "status", hidden: true }, t("connection.lost"));
     const engine = /** @type {import("./engine-state.js").EngineState} */ (document.createElement("engine-state"));
-    engine.line = h("div", { class: "lost", role: "status", hidden: true });
+    engine.line = h("div", { class: "trouble", role: "status", hidden: true });
     this.outlet = h("main", { id: "main", tabindex: -1 });
     const menu = h("button", { class: "menu-button", type: "button", "aria-label": t("nav.menu"), "aria-expanded": "false", "aria-controls": "rail" }, icon("menu"));
     menu.addEventListener("click", () => menu.setAttribute("aria-expanded", String(this.rail?.classList.toggle("open"))));

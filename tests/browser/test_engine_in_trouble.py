@@ -78,7 +78,7 @@ def test_kernels_that_cannot_be_compiled(tmp_path: Path, visit: Callable[..., Vi
         assert client.get("/problems/kernels_not_compiled").status_code == 200
         assert "TypingError" in running.log.read_text()
         page = visit(url=running.url, known=False).open("#/runs", token=TOKEN)
-        line = page.locator(".content > .lost:visible")
+        line = page.locator(".trouble:visible")
         expect(line).to_contain_text("The kernels cannot be loaded: TypingError")
         expect(line).to_contain_text("restart the server")
 
@@ -97,7 +97,7 @@ def test_kernels_that_cannot_be_kept(tmp_path: Path, visit: Callable[..., Visit]
             url=running.url, known=False, locale="ru-RU", color_scheme="dark", viewport={"width": 360, "height": 740}
         )
         page = visited.open("#/runs", token=TOKEN)
-        line = page.locator(".content > .lost:visible")
+        line = page.locator(".trouble:visible")
         expect(line).to_contain_text("Скомпилированные ядра негде хранить")
         expect(line).to_contain_text("укажите другую в FILTERROOM_KERNEL_CACHE")
         overflow = page.evaluate("() => document.documentElement.scrollWidth - document.documentElement.clientWidth")
