@@ -16,7 +16,7 @@ import numpy as np
 from algorithms.errors import RecordingError
 from algorithms.forward_scatter import fit, outputs, sequence
 from algorithms.forward_scatter.bound import position_bound
-from algorithms.forward_scatter.conditions import Conditions, Pair, conditions_of, pairs_of
+from algorithms.forward_scatter.conditions import LEAST_SPACING_M, Conditions, Pair, conditions_of, pairs_of
 from algorithms.forward_scatter.estimate import RIDGE, estimate, held_where_thinned, without_one_receiver
 from algorithms.forward_scatter.likelihood import LEAST_DISTANCE_M, Problem
 from algorithms.forward_scatter.lines import ROBUST
@@ -103,10 +103,10 @@ def run(recording: DopplerPairs, parameters: LikelihoodParameters, context: RunC
     Raises
     ------
     RecordingError
-        No site, one that does not fit, or one Doppler only.
+        No site, one that does not fit, one Doppler only, or both receivers at one place.
     """
     conditions = conditions_of(recording, parameters)
-    if len(conditions.feet) < 2:
+    if len(conditions.feet) < 2 or np.ptp(conditions.feet, axis=0).max() < LEAST_SPACING_M:
         pairs_of(conditions)
     pairs = _pairs_for_fallback(conditions)
     unknowns = parameters.unknowns

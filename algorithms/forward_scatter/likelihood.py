@@ -27,7 +27,7 @@ SCALE = (1.0, 1000.0, 10.0, 10.0, 1.0)
 LEAST_DISTANCE_M = 50.0
 PLACES = 39
 CAP_HZ2 = 25.0
-MOST_ROUNDS = 150
+MOST_ROUNDS = 400
 SMALL_STEP = 1e-9
 # Shares of the promised gain above which the damping falls, and below which it rises.
 MOST_KEPT = 0.75
@@ -230,8 +230,15 @@ def minimise(f, weight, epochs, p, theta, unknowns, huber, info, gradient):
             size = max(size, abs(step[i]))
             promised += 0.5 * step[i] * (gradient[i] + damping * info[i, i] * step[i])
         tried[1] = min(max(tried[1], LEAST_DISTANCE_M), p.a - LEAST_DISTANCE_M)
-        tried[2] = along_ridge(theta, tried[1] - theta[1], tried[2] - theta[2], p.a)
+        # Near the crossing what Dopplers allow is curved; far from it, it is not.
+        straight = tried[2]
         lowered = cost_at(f, weight, epochs, p, tried, unknowns, huber)
+        tried[2] = along_ridge(theta, tried[1] - theta[1], straight - theta[2], p.a)
+        curved = cost_at(f, weight, epochs, p, tried, unknowns, huber)
+        if curved < lowered:
+            lowered = curved
+        else:
+            tried[2] = straight
         if lowered < cost:
             gain = cost - lowered
             for i in range(unknowns):

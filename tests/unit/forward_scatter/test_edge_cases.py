@@ -293,3 +293,15 @@ def test_an_acceleration_that_cannot_be_seen_is_told(scenario: dict[str, Any], t
     for parameters, expected in (({}, told), ({"unknowns": 5}, False)):
         found = algorithm.run(recording, algorithm.parameters(**parameters), LocalContext())
         assert ("acceleration_open" in {n.code for n in found.notes}) == expected
+
+
+def test_receivers_at_one_place_are_refused_by_the_fit_too() -> None:
+    """Else it fits the middle of the base line, whatever the Dopplers are."""
+    algorithm = algorithms_by_name()["forward_scatter_ml"]
+    recording = simulate(PassParameters(), (0,), 1)
+    site = recording.site
+    assert site is not None
+    first, second = site.receivers
+    both = site.model_copy(update={"receivers": (first, first.model_copy(update={"name": second.name}))})
+    with pytest.raises(RecordingError, match="same place"):
+        algorithm.run(replace(recording, site=both), algorithm.parameters(), LocalContext())
