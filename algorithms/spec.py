@@ -175,6 +175,8 @@ class Algorithm:
     check: Callable[[Any, Callable[[], Recording]], None] | None = None
     """(parameters, how to get the recording) -> InputError where the two cannot go together, before a run is queued;
     the recording is got only where parameters leave it open. None = parameters alone decide."""
+    recommended: bool = False
+    """The one of its family to begin with; the others are the paper's, its rivals, and for comparison."""
 
 
 @dataclass(frozen=True)

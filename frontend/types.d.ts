@@ -278,6 +278,7 @@ export interface Algorithm {
   title: string;
   summary: string;
   family: string;
+  recommended: boolean;
   takes: string[];
   parameters_schema: ParametersSchema;
   outputs: Output[];

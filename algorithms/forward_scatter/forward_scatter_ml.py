@@ -240,6 +240,7 @@ ALGORITHM = Algorithm(
     summary="All Dopplers so far against the exact model: crossing time, distance and velocity with course unknown, "
     "and an acceleration where the data ask for one. The recommended method.",
     family="forward_scatter",
+    recommended=True,
     takes=("doppler_pairs",),
     parameters=LikelihoodParameters,
     outputs=OUTPUTS,

@@ -83,6 +83,7 @@ ALGORITHM = Algorithm(
     summary="All plots of two radars are matched together; every pair has a probability, missed detections and false "
     "plots are allowed for, and a pair that is not probable enough stays undecided.",
     family="identification",
+    recommended=True,
     takes=("polar_plots",),
     parameters=AssignmentParameters,
     outputs=PLOT_OUTPUTS,

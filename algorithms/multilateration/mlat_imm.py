@@ -162,6 +162,7 @@ ALGORITHM = Algorithm(
     summary="The recommended filter: straight flight and manoeuvre interact, the altitude's bias is estimated, and a "
     "late reception is left out.",
     family="multilateration",
+    recommended=True,
     takes=("toa_marks",),
     parameters=MlatImmParameters,
     outputs=MODELS_OUTPUTS,

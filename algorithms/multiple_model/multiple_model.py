@@ -136,6 +136,7 @@ ALGORITHM = Algorithm(
     summary="Any models, transition matrix and merging rule; by default straight and free flight, quiet and "
     "noisy constant acceleration.",
     family="multiple_model",
+    recommended=True,
     takes=("antenna_plots", "polar_plots"),
     parameters=MultipleModelParameters,
     outputs=OUTPUTS,

@@ -293,6 +293,7 @@ ALGORITHM = Algorithm(
     summary="Straight and turning filters that interact, joint probabilities or nearest neighbours, and a life of "
     "every track with reasons: the recommended way from plots to tracks.",
     family="plot_tracking",
+    recommended=True,
     takes=("polar_plots",),
     parameters=ImmParameters,
     outputs=(

@@ -54,6 +54,8 @@ class AlgorithmOut(_Model):
     title: str
     summary: str
     family: str
+    recommended: bool
+    """The one of its family to begin with."""
     takes: list[Kind]
     """Kinds of recordings."""
     parameters_schema: dict[str, Any]
@@ -70,6 +72,7 @@ class AlgorithmOut(_Model):
             title=algorithm.title,
             summary=algorithm.summary,
             family=algorithm.family,
+            recommended=algorithm.recommended,
             takes=list(algorithm.takes),
             parameters_schema=algorithm.parameters.schema_for_forms(),
             outputs=[

@@ -16,14 +16,22 @@ def algorithms(options: argparse.Namespace) -> int:
     found = algorithms_by_name().values()
     if options.json:
         items = [
-            {"name": a.name, "title": a.title, "family": a.family, "takes": list(a.takes), "summary": a.summary}
+            {
+                "name": a.name,
+                "title": a.title,
+                "family": a.family,
+                "recommended": a.recommended,
+                "takes": list(a.takes),
+                "summary": a.summary,
+            }
             for a in found
         ]
         print(json.dumps({"items": items}, indent=2, ensure_ascii=False))
         return DONE
     width = max((len(a.name) for a in found), default=0)
     for algorithm in found:
-        print(f"{algorithm.name:<{width}}  {algorithm.title}")
+        print(f"{'*' if algorithm.recommended else ' '} {algorithm.name:<{width}}  {algorithm.title}")
+    print("* what we would begin with")
     return DONE
 
 

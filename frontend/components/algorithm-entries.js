@@ -145,13 +145,17 @@ export class AlgorithmEntries extends HTMLElement {
     put(this.adder, h("div", { class: "adder", role: "group", "aria-label": t("compose.add") },
       families.map((family) => h("div", { class: "row" },
         h("span", families.length > 1 ? { class: "muted small heading" } : { class: "muted" }, families.length > 1 ? told(`family.${family}`, family) : t("compose.add")),
-        fits.filter((algorithm) => algorithm.family === family).map((algorithm) => this.addButton(algorithm))))));
+        fits.filter((algorithm) => algorithm.family === family).map((algorithm) => this.addButton(algorithm)))),
+      fits.some((algorithm) => algorithm.recommended) ? h("p", { class: "small muted" }, icon("recommended"), " ", t("compose.recommended")) : null));
     put(this.list, this.entries.length ? this.entries.map((entry, i) => this.card(entry, i)) : h("p", { class: "card panel-state" }, t("compose.no_algorithms")));
   }
 
   /** @param {Algorithm} algorithm */
   addButton(algorithm) {
-    return h("button", { type: "button", title: `${said(algorithm.title)}. ${said(algorithm.summary)}`, data: { add: algorithm.name }, onclick: () => this.add(algorithm) }, icon("new"), algorithm.name);
+    const { recommended } = algorithm;
+    return h("button", {
+      type: "button", title: [recommended ? t("algorithms.recommended") : "", said(algorithm.title), said(algorithm.summary)].filter(Boolean).join(". "), data: { add: algorithm.name }, onclick: () => this.add(algorithm),
+    }, icon("new"), algorithm.name, recommended ? icon("recommended") : null);
   }
 
   /**

@@ -41,7 +41,7 @@ class AlgorithmPage extends HTMLElement {
     const section = (/** @type {string} */ title, /** @type {Node} */ body) => h("section", { class: "card" },
       h("div", { class: "card-head" }, h("h2", null, title)), h("div", { class: "card-body" }, body));
     put(this,
-      h("div", { class: "page-head" }, h("h1", null, said(algorithm.title)), h("code", { class: "muted" }, algorithm.name),
+      h("div", { class: "page-head" }, h("h1", null, said(algorithm.title)), h("code", { class: "muted" }, algorithm.name), algorithm.recommended ? h("span", { class: "tag" }, t("algorithms.recommended")) : null,
         h("div", { class: "actions" }, h("a", { class: "button primary", href: routeTo(["new"], { a: JSON.stringify({ name: algorithm.name }) }) }, t("algorithms.use")))),
       h("div", { class: "stack narrow" },
         h("p", { style: "white-space: pre-line" }, said(algorithm.summary)),

@@ -24,7 +24,7 @@ class AlgorithmsPage extends HTMLElement {
           h("h2", null, told(`family.${family}`, family)),
           h("div", { class: "listing" }, items.filter((one) => one.family === family).map((one) =>
             h("a", { class: "card", href: routeTo(["algorithms", one.name]), data: { rowLink: "" } },
-              h("span", { class: "row" }, h("strong", null, said(one.title)), h("code", { class: "muted" }, one.name)),
+              h("span", { class: "row" }, h("strong", null, said(one.title)), h("code", { class: "muted" }, one.name), one.recommended ? h("span", { class: "tag" }, t("algorithms.recommended")) : null),
               h("span", null, said(one.summary)),
               h("span", { class: "small muted" }, one.takes.map((kind) => told(`kind.${kind}`, kind)).join(", "))))))));
     } catch (error) {

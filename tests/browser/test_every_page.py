@@ -75,7 +75,11 @@ def routes(server: Server) -> Iterator[dict[str, list[str]]]:
         time.sleep(0.1)
     more = {
         "runs": ["#/runs?text=nothing+has+these+words", "#/runs/nothing"],
-        "new": ["#/new?source=upload", "#/new?source=scenario", f"#/new?again={made[0]}"],
+        "new": [
+            "#/new?source=upload",
+            "#/new?source=scenario",
+            f"#/new?recording={sample['source']['recording_id']}",
+        ],
         "compare": [f"#/compare?run={sample['id']}&run={made[1]}"],
     }
     found: dict[str, list[str]] = {}

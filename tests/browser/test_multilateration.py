@@ -49,7 +49,11 @@ def test_a_table_of_emitter_types_is_typed_in_the_form(visit: Callable[..., Visi
     visited = visit()
     page = visited.open("#/new")
     page.get_by_role("button", name="Scenario").click()
-    page.get_by_role("button", name="mlat_imm").first.click()
+    # Of the family one is marked as the one to begin with.
+    starred = page.locator(".adder button[title^='Recommended. ']")
+    expect(starred.and_(page.locator("[data-add=mlat_imm]"))).to_be_visible()
+    expect(page.locator(".adder")).to_contain_text("What we would begin with")
+    starred.and_(page.locator("[data-add=mlat_imm]")).click()
     form = page.locator("[data-algorithm=mlat_imm]")
     form.locator("[data-name=missing_altitude] select").select_option("type")
     form.locator("summary", has_text="More").first.click()

@@ -56,6 +56,12 @@ def test_something_is_registered() -> None:
     assert {"four_station_circuit", "four_station_incomplete"} <= set(scenarios_by_name())
 
 
+def test_each_family_recommends_one() -> None:
+    found = algorithms_by_name().values()
+    recommended = [a.family for a in found if a.recommended]
+    assert sorted(recommended) == sorted({a.family for a in found if a.family != "rehearsal"})
+
+
 @each_algorithm
 def test_declaration_is_complete(algorithm: Algorithm) -> None:
     assert algorithm.title
