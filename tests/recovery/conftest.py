@@ -23,7 +23,7 @@ from backend.jobs.engine import Engine
 from backend.settings import Settings
 
 PLUGIN = Path(__file__).parent / "plugin"
-WAIT_S = 60
+WAIT_S = 120
 SITE = Site.model_validate(
     {
         "stations": [

@@ -154,7 +154,7 @@ def test_a_worker_that_hangs_is_restarted(house: House, tmp_path: Path) -> None:
     pid = int(wait_for(lambda: marker.exists() and marker.read_text(), "the algorithm runs"))
     house.engine.cancel(run_id)
     wait_for(lambda: not psutil.pid_exists(pid), "the hanging worker is gone", 15)
-    wait_for(lambda: house.engine.status().workers == 2, "both workers are back", 20)
+    wait_for(lambda: house.engine.status().workers == 2, "both workers are back")
     house.wait(house.queue({}, {}), "succeeded")
     assert marker.read_text().splitlines() == [str(pid)]
 
@@ -181,7 +181,7 @@ def test_a_deadly_block_fails_its_run_and_spares_the_others(house: House, tmp_pa
 
 def test_a_late_run_does_not_wait_for_all_of_an_early_one(house: House) -> None:
     # A worker that another test killed comes back, and loads what it needs, before it can be of use to anybody.
-    wait_for(lambda: house.engine.status().workers == 2, "both workers are back", 20)
+    wait_for(lambda: house.engine.status().workers == 2, "both workers are back")
     house.wait(house.queue({"seconds": 0.3}, {"seconds": 0.3}), "succeeded")
     early = house.queue(*[{"seconds": 0.5}] * 8)
     house.wait(early, "running")
