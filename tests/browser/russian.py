@@ -14,7 +14,8 @@ _NAMES = (
     "rdfv?|RDFV?|DRMS|GDOP|Ctrl|Shift|Enter|Esc|MIT|Windows|white|paper|robust|article|sphere|wgs84|auto|given|truth|nis|nees|none|info|"
     "unused|held|corrected"
 )
-_KNOWN = re.compile(rf"\b(?:{_NAMES})\b|\S*[_.\d{{}}]\S*")
+# What a sweep writes into a label is what scripts call it: predictor = line.
+_KNOWN = re.compile(rf"\b(?:{_NAMES})\b|\w+ = [\w.]+|\S*[_.\d{{}}]\S*")
 _WORD = re.compile(r"[A-Za-z]{3,}")
 
 _TEXTS = """() => {
