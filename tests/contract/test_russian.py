@@ -16,6 +16,7 @@ from algorithms.registry import algorithms_by_name, scenarios_by_name, studies_b
 from algorithms.spec import Algorithm, Scenario
 from algorithms.studies import Study
 from backend.api.charts import TRIAL_CHARTS
+from backend.api.samples import SAMPLES
 from backend.charts.catalogue import charts
 from backend.charts.figure import REASONS
 from backend.charts.view import ChartOptions
@@ -67,6 +68,10 @@ def test_studies_and_what_they_claim(study: Study, russian: dict[str, str]) -> N
     texts += [text for claim in study.claims for text in (claim.claim, claim.paper)]
     texts += [claim.figure for claim in study.claims if re.search("[a-z]", claim.figure)]
     assert [text for text in map(_plain, texts) if text and text not in russian] == []
+
+
+def test_samples(russian: dict[str, str]) -> None:
+    assert [sample.label for sample in SAMPLES if sample.label not in russian] == []
 
 
 def test_groups_of_parameters(russian: dict[str, str]) -> None:
