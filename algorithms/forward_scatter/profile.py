@@ -162,7 +162,10 @@ def interval(f, weight, epochs, p, best, begin, covariance, unknowns, huber, end
         nodes[side] = theta
         roots[side] = root
         if not covariance_of(info, unknowns, held[side]):
-            held[side] = 0.0
+            # What the tangent plane says of them is better than to claim that they are certain.
+            for i in range(unknowns):
+                for j in range(unknowns):
+                    held[side, i, j] = covariance[i, j] - covariance[i, 1] * covariance[1, j] / covariance[1, 1]
     _about_the_estimate(best, covariance, unknowns, nodes, held, roots, spread)
 
 

@@ -114,7 +114,7 @@ def _judge_units() -> Verdict:
     off = float(np.hypot(*(right - inverse)))
     condition, in_metres = (np.log10(np.linalg.cond(matrix)) for matrix in (mixed, metres))
     return Verdict(
-        _UNITS, lost, "m", "shown",
+        _UNITS, lost, "m", "shown" if off < 1.0 and lost > 0.5 * whole else "not",
         f"The condition is 10^{condition:.0f}, in metres 10^{in_metres:.0f}. An inverse is {off:.3f} m off, yet "
         f"a pseudo-inverse drops every time of arrival and with them {lost:.0f} m of a correction of {whole:.0f} m.",
     )  # fmt: skip
@@ -134,7 +134,7 @@ def _judge_shared() -> Verdict:
         numbers.append([float(np.sqrt(np.trace(c[:2, :2]))) for c in (claim, gain @ v @ gain.T, best)])
     (claimed, error, right), (claimed_first, error_first, _) = numbers
     return Verdict(
-        _SHARED, error / claimed, "times", "shown",
+        _SHARED, error / claimed, "times", "shown" if error > max(claimed, right) else "not",
         f"Without it one mark at 100 km claims {claimed:.0f} m and errs by {error:.0f} m against the last station, "
         f"{claimed_first:.0f} m and {error_first:.0f} m against the first; with it {right:.0f} m against any.",
     )  # fmt: skip

@@ -54,9 +54,10 @@ def open_matlab5(content: Content, limits: ReadLimits, pointer: str, wanted: fro
 
 
 def damaged(name: str, why: str, pointer: str) -> InputError:
-    """Say that a binary file cannot be read to its end."""
+    """Say that a binary file cannot be read to its end; of what a library says of it the first sentence."""
+    said = why.strip().partition("\n")[0].partition(". ")[0].rstrip(".")
     return InputError(
-        f"{name} is damaged or cut off: {why or 'it ends too early'}.",
+        f"{name} is damaged or cut off: {said or 'it ends too early'}.",
         pointer=pointer,
         remedy="Save it again and upload it whole.",
         code="damaged_file",
