@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import threading
 from collections.abc import Iterator
 from functools import cache
 from importlib.metadata import entry_points
@@ -22,6 +23,8 @@ _SKIPPED = ("algorithms.toolbox",)
 # The order in which people meet them; what is installed beside them comes last.
 _FAMILIES = ("multilateration", "identification", "multiple_model", "plot_tracking", "forward_scatter")
 
+_IMPORTING = threading.RLock()
+
 
 def module_names() -> Iterator[str]:
     """Names of the families' modules; asking for the next one imports packages, and they take seconds in all."""
@@ -31,7 +34,9 @@ def module_names() -> Iterator[str]:
 
 
 def _modules() -> list[ModuleType]:
-    found = [importlib.import_module(name) for name in module_names()]
+    # Threads of a starting server ask at the same time: packages that import each other are imported by one.
+    with _IMPORTING:
+        found = [importlib.import_module(name) for name in module_names()]
     found.sort(key=lambda module: _place(module.__name__))
     found += [point.load() for point in entry_points(group="filterroom.algorithms")]
     return found

@@ -12,13 +12,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from algorithms.errors import FilterRoomError
 from backend.api import uploads
 from backend.api.run_schemas import EntryIn, RunIn
 from backend.api.runs import queue_run
 from backend.api.services import Services
 from backend.http.multipart import Part, received
-from backend.http.problems import ProblemError
 
 logger = logging.getLogger("filterroom.samples")
 
@@ -91,12 +89,14 @@ def import_samples(services: Services) -> None:
     """
     marker = services.settings.data_dir / _MARKER
     known = marker.read_text("utf-8").split() if marker.exists() else []
-    for sample in SAMPLES:
+    # What failed is tried once more: a server that is still starting has other threads that import the same packages.
+    for sample in SAMPLES + SAMPLES:
         if sample.name in known:
             continue
         try:
             _import(services, sample)
-        except (FilterRoomError, ProblemError, OSError):
+        except Exception:
+            # Whatever it was, it is said, and the other samples come; an error that left here was seen by nobody.
             logger.exception("the sample %s could not be imported", sample.name)
             continue
         known.append(sample.name)
